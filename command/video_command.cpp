@@ -23,13 +23,13 @@
 #include "audio/io/partial_file.h"
 #include "audio/propagation/sofa_file.h"
 #include "audio/run/run_player.h"
-#include "scenes/format/camera_reader.h"
 #include "scenes/format/scene_loader.h"
 #include "scenes/limits/run_guard.h"
 #include "scenes/recording/recorded_run.h"
 #include "scenes/recording/recorded_scene.h"
 #include "scenes/run/bullet_only.h"
 #include "scenes/run/native_only.h"
+#include "scenes/values/camera_reader.h"
 
 namespace carom::command {
 
@@ -216,6 +216,22 @@ VideoCommand::VideoCommand(CLI::App& app)
   command_->add_option("-o,--output", output_, "FILE.mp4 (H.264, AAC) or FILE.webm (VP9, Opus)")
       ->required()
       ->check(fileName());
+  addPicture();
+  addSound();
+  addPrograms();
+  addConfine(*command_, confine_);
+  command_->add_flag("--json", json_, "print one JSON object instead of text");
+  addLimits(*command_, run_);
+  command_->footer(
+      "Examples:\n"
+      "  carom video scenes/library/marbles_in_a_box.json -o marbles.mp4 --captions --meter\n"
+      "  carom video scenes/library/billiard_break.json -o break.webm --size 960x540 --speed 0.1 "
+      "--to 0.5\n"
+      "  carom video run.carom -o run.mp4 --camera way.json --ear head");
+}
+
+/// Adds the options of the pictures, and of the stretch that they show.
+void VideoCommand::addPicture() {
   command_->add_option("--size", size_, "width and height in pixels, both even")
       ->check(pictureSizeRange())
       ->capture_default_str();
@@ -235,6 +251,15 @@ VideoCommand::VideoCommand(CLI::App& app)
   command_->add_option("--camera", camera_,
                        "file with key frames, as a scene's \"camera\" has them; default: the "
                        "scene's, or else the first view of its page");
+  command_->add_flag("--captions", captions_,
+                     "draw the title, the time, and who has just met whom");
+  command_->add_flag("--meter", meter_, "draw the level of the sound");
+  command_->add_option("--theme", theme_, "colours")
+      ->check(oneOf({"dark", "light"}))
+      ->capture_default_str();
+}
+
+void VideoCommand::addSound() {
   command_->add_option("--listener", listener_,
                        "what a listener of the scene hears; default: what the camera hears");
   command_
@@ -246,12 +271,10 @@ VideoCommand::VideoCommand(CLI::App& app)
                    "what 1.0 in the sound is: pascals, or a level such as 120dB; louder sound is "
                    "limited; default: so that the peak is at -3 dB")
       ->check(fullScaleRange());
-  command_->add_flag("--captions", captions_,
-                     "draw the title, the time, and who has just met whom");
-  command_->add_flag("--meter", meter_, "draw the level of the sound");
-  command_->add_option("--theme", theme_, "colours")
-      ->check(oneOf({"dark", "light"}))
-      ->capture_default_str();
+}
+
+/// Adds the options of the mechanics and of the programs that a film takes.
+void VideoCommand::addPrograms() {
   command_->add_option("--stepper", stepper_, "mechanics of a scene; default: its own choice")
       ->check(oneOf({"native", "bullet"}));
   command_->add_option("--step", step_, "Bullet's step in s; default: the scene's own")
@@ -263,15 +286,6 @@ VideoCommand::VideoCommand(CLI::App& app)
   command_->add_option("--template", template_,
                        "page without runs, as for 'carom view'; default: the one that was built or "
                        "installed with this program");
-  addConfine(*command_, confine_);
-  command_->add_flag("--json", json_, "print one JSON object instead of text");
-  addLimits(*command_, run_);
-  command_->footer(
-      "Examples:\n"
-      "  carom video scenes/library/marbles_in_a_box.json -o marbles.mp4 --captions --meter\n"
-      "  carom video scenes/library/billiard_break.json -o break.webm --size 960x540 --speed 0.1 "
-      "--to 0.5\n"
-      "  carom video run.carom -o run.mp4 --camera way.json --ear head");
 }
 
 bool VideoCommand::parsed() const {

@@ -31,6 +31,9 @@ class VideoCommand {
   int run() const;
 
  private:
+  void addPicture();
+  void addSound();
+  void addPrograms();
   Status checkOutput() const;
   Result<scenes::Scene> chosenScene() const;
   Result<lab::FilmSettings> settingsFor(const scenes::Scene& scene) const;

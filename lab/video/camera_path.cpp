@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "scenes/format/aim.h"
+#include "scenes/values/aim.h"
 
 namespace carom::lab {
 
@@ -13,7 +13,7 @@ using scenes::CameraKey;
 
 CameraPath::CameraPath(std::vector<CameraKey> keys) : keys_(std::move(keys)) {
   assert(!keys_.empty());
-  // Of a quaternion and its negative, which are one orientation, the nearer to the last one counts.
+  // A quaternion and its negative are one orientation: the nearer to the last one counts.
   for (std::size_t key = 1; key < keys_.size(); ++key)
     if (keys_[key].orientation.dot(keys_[key - 1].orientation) < 0.0)
       keys_[key].orientation.coeffs() *= -1.0;

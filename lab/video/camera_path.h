@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "carom/audio/vector.h"
-#include "scenes/format/camera_key.h"
+#include "scenes/values/camera_key.h"
 
 namespace carom::lab {
 

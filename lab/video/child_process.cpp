@@ -38,7 +38,7 @@ void openAs(const char* file, int flags, int number) {
   if (opened != number) close(opened);
 }
 
-/// What the new process needs, prepared before there is one, as it must not allocate.
+/// Everything that the new process needs, prepared before there is one, as it must not allocate.
 struct Prepared {
   explicit Prepared(const ProgramStart& start) : words(start.words), messages(start.messages) {
     for (std::string& word : words)

@@ -16,7 +16,7 @@
 #include "audio/propagation/hrtf.h"
 #include "carom/audio/listener.h"
 #include "carom/audio/result.h"
-#include "scenes/format/camera_key.h"
+#include "scenes/values/camera_key.h"
 
 namespace carom::lab {
 

@@ -14,7 +14,7 @@ namespace carom::lab {
 /// The kind of a film's file: H.264 and AAC in MP4, or VP9 and Opus in WebM.
 enum class FilmFormat { mp4, webm };
 
-/// What ffmpeg is told of a film.
+/// The settings of ffmpeg for one film.
 struct EncoderSettings {
   std::filesystem::path program;   ///< ffmpeg
   std::filesystem::path output;    ///< is written, whatever its name ends with

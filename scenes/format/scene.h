@@ -20,9 +20,9 @@
 #include "carom/native/restitution.h"
 #include "carom/native/sphere_world.h"
 #include "native/jello/jello_world.h"
-#include "scenes/format/camera_key.h"
 #include "scenes/format/model_file.h"
 #include "scenes/format/solid_shape.h"
+#include "scenes/values/camera_key.h"
 
 namespace carom::scenes {
 

@@ -17,16 +17,16 @@
 
 #include "modal/json/json_reader.h"
 #include "scenes/format/body_placement.h"
-#include "scenes/format/camera_reader.h"
 #include "scenes/format/group_random.h"
 #include "scenes/format/jello_reader.h"
 #include "scenes/format/material_reader.h"
 #include "scenes/format/mechanics_reader.h"
 #include "scenes/format/ringing_reader.h"
 #include "scenes/format/scene_folder.h"
-#include "scenes/format/scene_ranges.h"
 #include "scenes/format/solid_reader.h"
 #include "scenes/format/sound_reader.h"
+#include "scenes/values/camera_reader.h"
+#include "scenes/values/scene_ranges.h"
 
 namespace carom::scenes {
 

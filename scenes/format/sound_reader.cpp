@@ -11,8 +11,8 @@
 #include <utility>
 
 #include "audio/propagation/reverb.h"
-#include "scenes/format/aim.h"
-#include "scenes/format/scene_ranges.h"
+#include "scenes/values/aim.h"
+#include "scenes/values/scene_ranges.h"
 
 namespace carom::scenes {
 

@@ -8,7 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "scenes/format/camera_reader.h"
+#include "scenes/values/camera_reader.h"
 #include "tests/support/temporary_folder.h"
 
 namespace carom::lab {

@@ -1,4 +1,4 @@
-// What is drawn on the pictures of a film: its title, the time, who has just met whom, and the level of the sound.
+// Draws over the pictures of a film: its title, the time, who has just met whom, and the level of the sound.
 import {namesOf} from '../run/data.js';
 import {decibelWords, quantity, speedWords} from '../text/dom.js';
 

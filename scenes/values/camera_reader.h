@@ -7,7 +7,7 @@
 #include "carom/audio/result.h"
 #include "carom/audio/vector.h"
 #include "modal/json/json_reader.h"
-#include "scenes/format/camera_key.h"
+#include "scenes/values/camera_key.h"
 
 namespace carom::scenes {
 

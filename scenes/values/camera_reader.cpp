@@ -1,13 +1,14 @@
-#include "scenes/format/camera_reader.h"
+#include "scenes/values/camera_reader.h"
 
+#include <cstddef>
 #include <optional>
-#include <string>
+#include <string_view>
 
 #include <nlohmann/json.hpp>
 
-#include "scenes/format/aim.h"
-#include "scenes/format/scene_loader.h"
-#include "scenes/format/scene_ranges.h"
+#include "audio/io/byte_file.h"
+#include "scenes/values/aim.h"
+#include "scenes/values/scene_ranges.h"
 
 namespace carom::scenes {
 
@@ -59,10 +60,11 @@ std::vector<CameraKey> readCamera(const JsonNode& node, const Vec3& gravity) {
 }
 
 Result<std::vector<CameraKey>> loadCamera(const std::filesystem::path& file, const Vec3& gravity) {
-  const Result<std::string> text = readSceneText(file);
-  if (!text) return text.error();
+  const Result<std::vector<std::byte>> bytes = audio::readBytes(file);
+  if (!bytes) return Error{file.string() + ": " + bytes.error().message};
+  const std::string_view text(reinterpret_cast<const char*>(bytes->data()), bytes->size());
   modal::FirstError error(file.string());
-  const std::optional<nlohmann::json> document = modal::parseJson(*text, error);
+  const std::optional<nlohmann::json> document = modal::parseJson(text, error);
   if (!document) return error.error();
   std::vector<CameraKey> keys = readCamera(JsonNode(*document, "", error), gravity);
   if (error) return error.error();

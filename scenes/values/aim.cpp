@@ -1,6 +1,6 @@
-#include "scenes/format/aim.h"
+#include "scenes/values/aim.h"
 
-#include "scenes/format/scene_ranges.h"
+#include "scenes/values/scene_ranges.h"
 
 namespace carom::scenes {
 
