@@ -21,7 +21,8 @@ std::filesystem::path findProgram(const std::vector<std::string>& names);
 /// do not have it, but for the end that they are given.
 class Descriptor {
  public:
-  explicit Descriptor(int number = -1) : number_(number) {}
+  Descriptor() = default;
+  explicit Descriptor(int number) : number_(number) {}
   Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
   Descriptor& operator=(Descriptor&& other) noexcept;
   ~Descriptor() { close(); }
@@ -30,7 +31,7 @@ class Descriptor {
   void close();
 
  private:
-  int number_;
+  int number_ = -1;
 };
 
 /// Returns both ends of a connection; -1 each if there can be none.
@@ -43,8 +44,8 @@ bool sendAll(const Descriptor& connection, std::span<const std::byte> bytes);
 struct ProgramStart {
   std::vector<std::string> words;             ///< the first is the path of the program
   std::vector<std::pair<int, int>> channels;  ///< its descriptor, and the one of this process
-  std::filesystem::path messages;             ///< gets its stderr; empty: nobody does
-  std::filesystem::path home;                 ///< in place of HOME, unless empty
+  std::filesystem::path messages = {};        ///< gets its stderr; empty: nobody does
+  std::filesystem::path home = {};            ///< in place of HOME, unless empty
   bool diesWithUs = true;                     ///< it is killed when this process ends in any way
   /// Called in the new process before it becomes the program; may be null. It may do what a handler
   /// of signals may.

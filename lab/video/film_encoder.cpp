@@ -60,7 +60,6 @@ Result<FilmEncoder> FilmEncoder::start(const EncoderSettings& settings, void (*p
   ChildProcess process({.words = encoderWords(settings),
                         .channels = {{STDIN_FILENO, theirs.number()}},
                         .messages = settings.messages,
-                        .home = {},
                         .prepare = prepare});
   if (!process.runs()) return Error{"cannot be started"};
   return FilmEncoder(std::move(ours), std::move(process), settings.messages);
