@@ -4,6 +4,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <sstream>
+#include <string_view>
 #include <thread>
 
 #include <fcntl.h>
@@ -45,14 +46,18 @@ struct Prepared {
       arguments.push_back(word.data());
     arguments.push_back(nullptr);
     for (char** variable = environ; *variable != nullptr; ++variable)
-      if (start.home.empty() || std::string_view(*variable).substr(0, 5) != "HOME=")
-        variables.emplace_back(*variable);
-    if (!start.home.empty()) variables.push_back("HOME=" + start.home.string());
+      if (start.home.empty() || !isOfHome(*variable)) variables.emplace_back(*variable);
+    for (const char* name : {"HOME=", "TMPDIR="})
+      if (!start.home.empty()) variables.push_back(name + start.home.string());
     for (std::string& variable : variables)
       environment.push_back(variable.data());
     environment.push_back(nullptr);
     copies.resize(start.channels.size());
     if (messages.empty()) messages = "/dev/null";
+  }
+
+  static bool isOfHome(std::string_view variable) {
+    return variable.starts_with("HOME=") || variable.starts_with("TMPDIR=");
   }
 
   std::vector<std::string> words;

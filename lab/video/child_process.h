@@ -45,7 +45,7 @@ struct ProgramStart {
   std::vector<std::string> words;             ///< the first is the path of the program
   std::vector<std::pair<int, int>> channels;  ///< its descriptor, and the one of this process
   std::filesystem::path messages = {};        ///< gets its stderr; empty: nobody does
-  std::filesystem::path home = {};            ///< in place of HOME, unless empty
+  std::filesystem::path home = {};            ///< its HOME and TMPDIR; empty: those of this process
   bool diesWithUs = true;                     ///< it is killed when this process ends in any way
   /// Called in the new process before it becomes the program; may be null. It may do what a handler
   /// of signals may.
