@@ -40,7 +40,7 @@ export class Film {
     stage.place(pose, fov);
     stage.draw(time, speed, this.#ear, true);
     this.pen.drawImage(stage.canvas, 0, 0, width, height);
-    drawOverlay(this.pen, {captions, meter, levels, run: player.run, title: this.#title, time, speed, watch});
+    drawOverlay(this.pen, {captions, meter, levels, dark: stage.theme.dark, run: player.run, title: this.#title, time, speed, watch});
     const address = this.canvas.toDataURL('image/jpeg', kQuality);
     return address.slice(address.indexOf(',') + 1);
   }
