@@ -6,8 +6,8 @@ carom_build_packages="g++ cmake ninja-build pkg-config libbullet-dev libeigen3-d
   libopenblas0-serial nlohmann-json3-dev libcli11-dev libssl-dev libmuparser-dev
   libzstd-dev zlib1g-dev"
 carom_test_packages="libgtest-dev libgmock-dev libvalijson-dev dpkg-dev file python3 python3-numpy"
-# For a test that is left out where they are missing: what `carom report` writes, in a browser.
-carom_page_packages="chromium python3"
+# For tests that are left out where they are missing: pages in a browser, and the films of `carom video`.
+carom_page_packages="chromium ffmpeg python3"
 carom_bench_packages="libbenchmark-dev"
 carom_lint_packages="clang clang-format clang-tidy libclang-rt-14-dev"
 # For tests/fuzz/run: llvm reads what regions were reached.

@@ -7,7 +7,7 @@
 #include <Eigen/Geometry>
 
 #include "scenes/format/mechanics_reader.h"
-#include "scenes/format/scene_ranges.h"
+#include "scenes/values/scene_ranges.h"
 
 namespace carom::scenes {
 

@@ -10,8 +10,8 @@
 #include "audio/io/byte_file.h"
 #include "scenes/format/dry_friction.h"
 #include "scenes/format/mechanics_reader.h"
-#include "scenes/format/scene_ranges.h"
 #include "scenes/format/surface_reader.h"
+#include "scenes/values/scene_ranges.h"
 
 namespace carom::scenes {
 

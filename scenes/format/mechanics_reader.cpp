@@ -12,7 +12,7 @@
 #include "native/math/contact_time.h"
 #include "native/scheduling/box_contact.h"
 #include "native/scheduling/oscillation.h"
-#include "scenes/format/scene_ranges.h"
+#include "scenes/values/scene_ranges.h"
 
 namespace carom::scenes {
 

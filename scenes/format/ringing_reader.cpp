@@ -2,7 +2,7 @@
 
 #include <cstddef>
 
-#include "scenes/format/scene_ranges.h"
+#include "scenes/values/scene_ranges.h"
 
 namespace carom::scenes {
 

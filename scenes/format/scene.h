@@ -22,6 +22,7 @@
 #include "native/jello/jello_world.h"
 #include "scenes/format/model_file.h"
 #include "scenes/format/solid_shape.h"
+#include "scenes/values/camera_key.h"
 
 namespace carom::scenes {
 
@@ -171,6 +172,7 @@ struct Scene {
   std::vector<Listener> listeners;
   std::vector<ListenerPath> paths;       ///< paths of listeners that move, at most one for each
   std::vector<HeadFile> headFiles;       ///< heads of binaural listeners that name one
+  std::vector<CameraKey> camera;         ///< key frames for a film; empty: it has a view of its own
   std::optional<std::size_t> mostModes;  ///< most modes of a body, its lowest; empty: all
 };
 

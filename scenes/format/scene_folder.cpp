@@ -3,7 +3,7 @@
 #include <string>
 
 #include "audio/io/byte_file.h"
-#include "scenes/format/scene_ranges.h"
+#include "scenes/values/scene_ranges.h"
 
 namespace carom::scenes {
 

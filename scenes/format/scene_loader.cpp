@@ -21,9 +21,10 @@
 #include "scenes/format/mechanics_reader.h"
 #include "scenes/format/ringing_reader.h"
 #include "scenes/format/scene_folder.h"
-#include "scenes/format/scene_ranges.h"
 #include "scenes/format/solid_reader.h"
 #include "scenes/format/sound_reader.h"
+#include "scenes/values/camera_reader.h"
+#include "scenes/values/scene_ranges.h"
 
 namespace carom::scenes {
 
@@ -177,9 +178,10 @@ class SceneReader {
 };
 
 Scene SceneReader::read(const JsonNode& root, std::string_view defaultName) {
-  if (!root.expectObject("a scene", {"$schema", "name", "description", "duration", "sample_rate",
-                                     "seed", "gravity", "air", "stepper", "mechanics", "sound",
-                                     "materials", "restitutions", "bodies", "room", "listeners"})) {
+  if (!root.expectObject("a scene",
+                         {"$schema", "name", "description", "duration", "sample_rate", "seed",
+                          "gravity", "air", "stepper", "mechanics", "sound", "materials",
+                          "restitutions", "bodies", "room", "listeners", "camera"})) {
     return {};
   }
   root.text("$schema", kSchemaAddress, "");
@@ -202,6 +204,8 @@ Scene SceneReader::read(const JsonNode& root, std::string_view defaultName) {
   if (const auto room = root.find("room"); room && ok())
     readRoom(*room, roomPlanes(), scene_.medium.speedOfSound, scene_.sound);
   if (ok()) readListeners(root);
+  if (const auto camera = root.find("camera"); camera && ok())
+    scene_.camera = readCamera(*camera, scene_.gravity);
   if (ok()) placeBodies();
   if (const auto mechanics = root.find("mechanics"); mechanics && ok())
     readMechanics(*mechanics, scene_);

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "scenes/format/mechanics_reader.h"
-#include "scenes/format/scene_ranges.h"
+#include "scenes/values/scene_ranges.h"
 
 namespace carom::scenes {
 

@@ -11,7 +11,9 @@
 
 #include "audio/io/byte_file.h"
 #include "audio/propagation/reverb.h"
-#include "scenes/format/scene_ranges.h"
+#include "scenes/values/aim.h"
+#include "scenes/values/scene_ranges.h"
+
 namespace carom::scenes {
 
 using namespace audio;
@@ -30,7 +32,6 @@ constexpr NumberRange kDecayTime{
     .noun = "a reverberation time", .min = 0.05, .max = 100.0, .unit = "seconds"};
 constexpr NumberRange kRoomVolume{.noun = "a volume", .min = 0.1, .max = 1e6, .unit = "m^3"};
 constexpr NumberRange kRoomSurface{.noun = "a surface", .min = 1.0, .max = 1e7, .unit = "m^2"};
-constexpr NumberRange kDirection{.noun = "a component of a direction", .min = -1e6, .max = 1e6};
 constexpr NumberRange kSpacing{
     .noun = "a spacing", .min = 0.0, .max = 100.0, .unit = "metres", .aboveMin = true};
 constexpr NumberRange kHalfAngle{
@@ -40,8 +41,6 @@ constexpr NumberRange kPoseTime{
     .noun = "the time of a pose", .min = 0.0, .max = 3600.0, .unit = "seconds", .aboveMin = true};
 
 constexpr TextRange kSurfaceName{.noun = "the name of a surface", .minLength = 1, .maxLength = 100};
-
-constexpr double kParallel = 1e-6;  // sine of the angle between forward and up
 
 std::vector<std::string_view> surfaceNames() {
   std::vector<std::string_view> names;
@@ -241,63 +240,6 @@ bool RoomReader::measure(const JsonNode& node, ReverbSettings& settings) const {
 }
 
 // ---------------------------------------------------------------------------------------------
-
-/// The direction in which a listener looks. A pose keeps the values that it does not give from the
-/// pose before.
-struct Aim {
-  std::optional<Vec3> target;     // m, world frame: a point to look at
-  Vec3 forward = -Vec3::UnitZ();  // used without a target; any length
-  Vec3 up = Vec3::UnitY();        // any length
-};
-
-/// Returns the unit vector; zero for zero.
-Vec3 directionOf(const Vec3& vector) {
-  const double largest = vector.cwiseAbs().maxCoeff();  // dividing by it avoids underflow
-  return largest > 0.0 ? (vector / largest).normalized() : Vec3::Zero();
-}
-
-void readDirection(const JsonNode& node, Vec3& direction) {
-  direction = node.vector(kDirection);
-  if (direction.isZero(0.0)) node.fail("it has no direction; expected one component not 0");
-}
-
-void readAim(const JsonNode& node, Aim& aim) {
-  const auto target = node.find("looks_at");
-  const auto forward = node.find("forward");
-  if (target && forward) {
-    node.fail(R"(both "looks_at" and "forward" say where it looks; expected one of the two)");
-    return;
-  }
-  if (target) aim.target = target->vector(kPlace);
-  if (forward) {
-    aim.target.reset();
-    readDirection(*forward, aim.forward);
-  }
-  if (const auto up = node.find("up")) readDirection(*up, aim.up);
-}
-
-/// Returns the orientation of a listener at `position`;
-/// records an error at `node` if there is none.
-Quat orientationOf(const Aim& aim, const Vec3& position, const JsonNode& node) {
-  if (node.failed()) return Quat::Identity();
-  const Vec3 forward = directionOf(aim.target ? Vec3(*aim.target - position) : aim.forward);
-  if (forward.isZero(0.0)) {
-    node.fail("the point that it looks at is where it stands; expected another");
-    return Quat::Identity();
-  }
-  const Vec3 right = forward.cross(directionOf(aim.up));
-  if (right.norm() < kParallel) {
-    node.fail(
-        "it looks along its up direction, so it has no right; expected \"up\" across where it "
-        "looks, [0, 1, 0] if absent");
-    return Quat::Identity();
-  }
-  Eigen::Matrix3d frame;
-  frame.col(0) = right.normalized();
-  frame.col(1) = frame.col(0).cross(forward);
-  frame.col(2) = -forward;
-  return Quat(frame).normalized();
-}
 
 ListenerFormat readFormat(const JsonNode& entry) {
   const auto format = entry.find("format");

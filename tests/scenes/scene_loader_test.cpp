@@ -1195,6 +1195,12 @@ CAROM_LIST std::vector<Refusal> shapeRefusals() {
   add(with("/bodies/0/material", 1), "/bodies/0/material", {"1 is not a material"});
   add(with("/listeners", json::object()), "/listeners", {"is not a list of listeners"});
   add(with("/listeners/0", true), "/listeners/0", {"true is not a listener"});
+  add(with("/camera", json::array()), "/camera", {"a list of key frames"});
+  add(with("/camera", {{{"time", 0}}}), "/camera/0/position", {"missing"});
+  add(with("/camera", {{{"time", 0}, {"position", {0, 1, 2}}, {"fov", 30}}}), "/camera/0/fov",
+      {"unknown key", "\"field_of_view\""});
+  add(with("/camera", {{{"time", 0}, {"position", {0, 1, 2}}, {"field_of_view", 0}}}),
+      "/camera/0/field_of_view", {"a number from 1 to 150 (degrees)"});
   add(with("/$schema", 1), "/$schema", {"is not the address"});
   // Numbers out of range.
   const std::vector<std::pair<std::string, std::vector<json>>> ranges = {
@@ -1935,6 +1941,13 @@ CAROM_LIST std::vector<json> goodDocuments() {
       with("/bodies/0/name", std::string(100, 'x')),
       with("/bodies/0/position", {1e6, 1e6, -1e6}),
       with("/listeners/0/name", "ear"),
+      with("/camera", {{{"time", 0}, {"position", {0, 1, 2}}}}),
+      with("/camera", {{{"time", 0}, {"position", {0, 1, 2}}, {"looks_at", {0, 0, 0}}},
+                       {{"time", 3600},
+                        {"position", {1, 1, 2}},
+                        {"forward", {0, 0, -1}},
+                        {"up", {1, 0, 0}},
+                        {"field_of_view", 150}}}),
       withBodies(json::array({groupOf(2, 0.1, 1.0)})),
       withBodies(json::array({groupOf(2, {0.1, 0.1}, 1.0)}))};
   json group = groupOf(2, 0.1, 1.0);

@@ -1,9 +1,10 @@
 // window.carom: what the page offers to scripts and tests (docs/view.md).
 import {liveOf} from './live/carom_live.js';
+import {Film} from './film/film.js';
 
 /// `opened` is a promise of {view, offline, manifest}; until it is kept only `ready` and `version` tell anything.
 export function caromOf(opened) {
-  let page = null;
+  let page = null, film = null;
   const ready = opened.then((parts) => {
     page = parts;
     return new Promise((resolve) => requestAnimationFrame(() => resolve()));
@@ -47,6 +48,8 @@ export function caromOf(opened) {
     },
     colour(body) { return view().stage.colourOf(body); },
     screenshot() { return view().screenshot(); },
+    /// Pictures one by one; from its first use on, the page's own picture stands.
+    get film() { return film ??= new Film(view()); },
     async renderOffline(from, seconds, {listener = -1, run} = {}) {
       await ready;
       const {player, ear} = view();

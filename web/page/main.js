@@ -23,7 +23,7 @@ function fail(error) {
 /// The page cannot draw without WebGL, and says what to do about it.
 function makeStage() {
   try {
-    return new Stage(byId('view'), byId('labels'));
+    return new Stage(byId('view'), byId('labels'), location.search === '?film');
   } catch {
     throw new Error('This browser gives no WebGL 2, which the picture needs. Its settings may have it under "graphics acceleration".');
   }

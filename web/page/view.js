@@ -9,6 +9,7 @@ import {fillSheets, toggleSheet} from './text/sheets.js';
 import {followTheme} from './text/theme.js';
 import {byId, decibelWords, make, microseconds, setIcon} from './text/dom.js';
 import {keysOf} from './text/key_table.js';
+import {Recorder} from './film/recorder.js';
 
 const kStill = 5;      // pixels that a click may move
 const kTooSlow = 0.06, kSlowPictures = 4;   // s from picture to picture, and how many in a row
@@ -19,6 +20,8 @@ export class View {
   selected = null;
   body = null;
   stale = true;         // the picture has to be drawn
+  held = false;         // a film has the stage (film/film.js), which the page leaves alone
+  filming = false;      // the page records itself (film/recorder.js), so that pictures keep their size
   slow = 0;
   #last = performance.now();
   #sentEar = '';
@@ -35,6 +38,7 @@ export class View {
     this.mixer = new Mixer(this.ear, this.hasHead, does);
     this.bar.serve(does);
     this.live = new Desk(this, this.blobs);
+    this.recorder = new Recorder(this);
     this.keys = new Keys(keysOf(this));
     this.ear.format = this.hasHead ? 'head' : 'pair';
   }
@@ -128,7 +132,7 @@ export class View {
     this.touch();
     this.#show();
     if (this.player.playing) document.body.classList.add('begun');
-    else this.stage.refine();
+    else if (!this.filming && !this.held) this.stage.refine();
   }
 
   /// Says what the page sounds like, once that is known: with sound, or why not.
@@ -141,6 +145,7 @@ export class View {
   }
 
   #layout() {
+    if (this.held) return;
     this.touch();
     const {clientWidth: width, clientHeight: height} = byId('main');
     const bar = byId('bar').offsetHeight;
@@ -242,12 +247,13 @@ export class View {
   }
 
   #draw(now) {
+    if (this.held) return;
     const seconds = (now - this.#last) / 1000;
     this.#last = now;
     this.live.pump(now);
     this.player.tick(now);
     const flies = this.keys.fly(this.stage, seconds), settles = this.stage.settle();
-    if (this.player.playing) this.#watchPace(seconds);
+    if (this.player.playing && !this.filming) this.#watchPace(seconds);
     if (this.player.playing || flies || settles || this.stale) this.drawNow();
     requestAnimationFrame(this.#turn);
   }

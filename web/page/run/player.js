@@ -75,6 +75,14 @@ export class Player extends EventTarget {
     this.#resound();
     this.#changed();
   }
+  /// Plays a stretch once, from its begin to its end, without its loop.
+  once([from, to]) {
+    this.#release();
+    this.loop = null;
+    this.#until = to;
+    this.#time = from;
+    return this.play();
+  }
   pause() {
     this.#release();
     this.playing = false;

@@ -26,6 +26,7 @@ export class Sound extends EventTarget {
   #lastId = 0;
   #least = 0;          // no earlier time than this is heard
   #gain = 1;
+  #recorded = null;    // what a recorder hears
   #muted = false;
 
   /// Compiles the engine. Afterwards `reason` is empty if the page can sound.
@@ -84,6 +85,13 @@ export class Sound extends EventTarget {
     node.connect(this.#context.destination);
     this.#node = node;
     this.#sendVolume();
+  }
+
+  /// The tracks of what sounds, for a recorder: one, or none where there is no sound.
+  recordedTracks() {
+    if (!this.#node) return [];
+    if (!this.#recorded) this.#node.connect(this.#recorded = this.#context.createMediaStreamDestination());
+    return this.#recorded.stream.getAudioTracks();
   }
 
   /// Gives the worklet a run, unless it has it already. One after another, as each waits for an answer.

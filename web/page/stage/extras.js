@@ -192,7 +192,7 @@ export class Listeners {
   update(time, stage, ear) {
     this.items.forEach((item, index) => {
       const heard = ear.mode === 'listener' && ear.listener === index;
-      this.#place(item, listenerPose(this.run.listeners[index], time), stage, true, heard);
+      this.#place(item, listenerPose(this.run.listeners[index], time), stage, this.only === undefined || this.only === index, heard);
     });
     this.#place(this.ear, ear.pose, stage, ear.mode === 'stay', true);
   }

@@ -26,15 +26,18 @@ export class Stage {
   #looked = 0;
   fineness = 1;
   touched = false;               // true once the reader has moved the camera
+  ratio = null;                  // device pixels for a pixel of the picture, once a film has fixed it
 
-  constructor(canvas, labels) {
+  /// `smooth`: edges are smoothed even where there is no graphics hardware.
+  constructor(canvas, labels, smooth = false) {
+    this.smooth = smooth;
     this.canvas = canvas;
     this.labels = labels;
     this.renderer = this.#makeRenderer();
     this.sky = new THREE.HemisphereLight(0xffffff, 0x808080, 1);
     this.sun = new THREE.DirectionalLight(0xffffff, 1.6);
     this.sun.castShadow = true;
-    this.sun.shadow.mapSize.setScalar(this.soft ? 1024 : 2048);
+    this.sun.shadow.mapSize.setScalar(this.soft && !smooth ? 1024 : 2048);
     this.sun.shadow.radius = 3;
     this.#scene.add(this.sky, this.sun, this.sun.target);
     this.controls = new OrbitControls(this.camera, this.canvas);
@@ -48,7 +51,7 @@ export class Stage {
     const options = {powerPreference: 'high-performance', alpha: false};
     let context = this.canvas.getContext('webgl2', {...options, antialias: false});
     this.soft = drawsInSoftware(context);
-    if (!this.soft) {
+    if (!this.soft || this.smooth) {
       // What a canvas was asked for first it keeps, so that another takes its place.
       const other = this.canvas.cloneNode();
       context.getExtension('WEBGL_lose_context')?.loseContext();
@@ -213,21 +216,46 @@ export class Stage {
     this.renderer.setSize(this.width, this.height, false);
   }
   #pixelRatio() {
-    return this.fineness * Math.min(kMostPixels, devicePixelRatio);
+    return this.ratio ?? this.fineness * Math.min(kMostPixels, devicePixelRatio);
   }
 
-  draw(time, speed, ear) {
+  /// `looks`: what stands before the rest is looked for now, and not only now and then.
+  draw(time, speed, ear, looks = false) {
     this.bodies.update(time);
     this.links.update(time);
     this.jello?.update(time);
     this.impacts.update(time, speed, this.height * this.#pixelRatio());
     this.listeners.update(time, this, ear);
-    if (this.#looked++ % 12 === 0) {
+    if (looks || this.#looked++ % 12 === 0) {
       this.#ray.set(this.camera.position, this.bounds.centre.clone().sub(this.camera.position).normalize());
       this.#ray.far = Math.max(0, this.camera.position.distanceTo(this.bounds.centre) - 0.2 * this.bounds.radius);
       this.bodies.lookThrough(this.#ray);
     }
     this.renderer.render(this.#scene, this.camera);
+  }
+
+  /// Gives the picture a size in pixels and the first view, and shows one listener (-1: none): for a film.
+  hold(width, height, listener) {
+    this.ratio = 1;
+    this.listeners.only = listener;
+    this.resize(width, height, {top: 0, bottom: 0});
+    this.reset();
+  }
+  /// Puts the camera somewhere: x y z, w x y z, and its field of view in degrees along the shorter side.
+  place([x, y, z, qw, qx, qy, qz], fieldOfView = kFieldOfView) {
+    const {camera, bounds} = this;
+    camera.position.set(x, y, z);
+    camera.quaternion.set(qx, qy, qz, qw);
+    const longer = Math.max(1, this.height / this.width);
+    camera.fov = 360 / Math.PI * Math.atan(Math.tan(fieldOfView * Math.PI / 360) * longer);
+    const distance = camera.position.distanceTo(bounds.centre);
+    camera.near = 0.01 * Math.max(0.1 * bounds.radius, distance - bounds.radius);
+    camera.far = 60 * bounds.radius + 2 * distance;
+    camera.updateProjectionMatrix();
+  }
+  /// Degrees along the shorter side of the picture.
+  get fieldOfView() {
+    return kFieldOfView;
   }
 
   /// The body at a place of the picture, or null.

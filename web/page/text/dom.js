@@ -24,6 +24,7 @@ const kIcons = {
   muted: '<path d="M4 9.5v5h3.5L12 18.5v-13L7.5 9.5z" fill="currentColor"/><path d="M15.5 9.5l5 5m0-5l-5 5"/>',
   mixer: '<path d="M6 4v9m0 4v3M12 4v3m0 4v9M18 4v10m0 4v2"/><circle cx="6" cy="15" r="2"/><circle cx="12" cy="9" r="2"/><circle cx="18" cy="16" r="2"/>',
   frame: '<path d="M4 9V4.5h4.5M15.5 4.5H20V9M20 15v4.5h-4.5M8.5 19.5H4V15"/><circle cx="12" cy="12" r="2.5"/>',
+  film: '<rect x="3.5" y="6" width="11.5" height="12" rx="2.5"/><path d="M15 10.5l5.5-3v9l-5.5-3z" fill="currentColor"/>',
   keys: '<circle cx="12" cy="12" r="8.5"/><path d="M9.5 9.5a2.5 2.5 0 1 1 3.700 2.200c-.8.5-1.200 1-1.200 1.900"/><path d="M12 16.700v.1" stroke-width="2.200"/>',
   about: '<circle cx="12" cy="12" r="8.5"/><path d="M12 11v5.5"/><path d="M12 7.600v.1" stroke-width="2.200"/>',
   close: '<path d="M6 6l12 12M18 6L6 18"/>',

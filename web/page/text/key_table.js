@@ -35,6 +35,7 @@ export function keysOf(view) {
     'j': () => live.nextTool(),
     'p': () => live.live.running && live.sheet.toggle(),
     'z': () => live.live.running && live.try(() => live.live.takeBack()),
+    'f': () => view.recorder.toggle(),
     'n': ({shiftKey}) => view.nextBody(shiftKey ? -1 : 1),
     '0': () => view.showAll(),
     'Escape': () => !live.sheet.element.hidden ? live.sheet.toggle(false) : view.mixer.element.hidden ? view.close() : view.mixer.toggle(false),

@@ -18,7 +18,7 @@ const kKeys = [
   ]],
   ['View', [
     ['W A S D', 'fly ahead, left, back, right'], ['Q E', 'fly down, up'], ['Shift W A S D', 'orbit'], ['0', 'show all'],
-    ['N', 'select the next body'], ['Esc', 'close'], ['?', 'this sheet'],
+    ['N', 'select the next body'], ['F', 'film: play what the time line shows once, and save it'], ['Esc', 'close'], ['?', 'this sheet'],
   ]],
   ['Mouse and touch', [
     ['Drag, one finger', 'orbit'], ['Right drag, two fingers', 'move'], ['Wheel, pinch', 'nearer, further'], ['Click, tap', 'select a body, or a mark'],

@@ -1,0 +1,100 @@
+// The film that the page itself makes: what it shows and sounds, once from begin to end, as WebM by the browser's own recorder.
+import {byId, make} from '../text/dom.js';
+
+const kKinds = ['video/webm;codecs=vp9,opus', 'video/webm;codecs=vp8,opus', 'video/webm'];
+const kPictures = 60;          // in a second, at most
+const kBits = 12e6, kSoundBits = 192e3;   // in a second
+const kRest = 200;             // ms after the end, within which the last sound and picture arrive
+
+/// Why this browser makes no films; empty if it does.
+export function noFilms(canvas) {
+  if (!globalThis.MediaRecorder) return 'This browser has no MediaRecorder, which films need; carom video makes one without it.';
+  if (!canvas.captureStream) return 'This browser cannot record a picture; carom video makes a film without it.';
+  if (!kindOf()) return 'This browser records no WebM; carom video makes a film without it.';
+  return '';
+}
+function kindOf() {
+  return kKinds.find((kind) => MediaRecorder.isTypeSupported(kind));
+}
+
+export class Recorder {
+  #recorder = null;
+  #rolls = false;      // the stretch plays
+  #ends = null;
+
+  constructor(view) {
+    this.view = view;
+    byId('film').onclick = () => this.toggle();
+    view.player.addEventListener('change', () => this.#watch());
+  }
+  get records() {
+    return this.#recorder !== null;
+  }
+  toggle() {
+    return this.records ? this.#end() : this.begin();
+  }
+
+  /// Plays the loop, or else the stretch that the time line shows, once, and records it.
+  async begin() {
+    const {player, sound, stage, bar} = this.view, why = noFilms(stage.canvas);
+    this.#offer(null);
+    if (why) return this.#say(why);
+    const range = player.loop ?? [bar.window.begin, bar.window.end];
+    this.view.filming = true;   // from here on pictures keep their size
+    await sound.start(player.run, await player.head());
+    const pictures = stage.canvas.captureStream(kPictures);
+    const tracks = [...pictures.getVideoTracks(), ...sound.recordedTracks()];
+    const parts = [];
+    const recorder = new MediaRecorder(new MediaStream(tracks), {mimeType: kindOf(), videoBitsPerSecond: kBits, audioBitsPerSecond: kSoundBits});
+    recorder.ondataavailable = ({data}) => parts.push(data);
+    recorder.onerror = ({error}) => this.#say(`The film has failed: ${error?.message ?? 'the browser does not say why'}.`);
+    recorder.onstop = () => {
+      pictures.getTracks().forEach((track) => track.stop());
+      this.view.filming = false;
+      this.view.touch();
+      this.#offer(new Blob(parts, {type: 'video/webm'}), (range[1] - range[0]) / player.speed);
+    };
+    this.#recorder = recorder;
+    byId('film').setAttribute('aria-pressed', 'true');
+    this.#say('Filming…');
+    recorder.start(500);
+    await player.once(range);
+    this.#rolls = true;
+  }
+  #watch() {
+    if (this.#rolls && !this.view.player.playing) this.#end();
+  }
+  /// The recorder gets a moment for what is still on its way.
+  #end() {
+    if (this.#ends) return;
+    this.#rolls = false;
+    this.#ends = setTimeout(() => {
+      const recorder = this.#recorder;
+      this.#ends = this.#recorder = null;
+      byId('film').setAttribute('aria-pressed', 'false');
+      if (this.view.player.playing) this.view.player.pause();
+      recorder.stop();
+    }, kRest);
+  }
+
+  #say(words) {
+    const card = byId('film-card');
+    card.hidden = false;
+    card.replaceChildren(make('span', {}, words), ...(this.records ? [] : [this.#close()]));
+  }
+  #close() {
+    return make('button', {type: 'button', 'aria-label': 'Close', onclick: () => this.#offer(null)}, 'Close');
+  }
+  /// Shows the film as a file to save; null takes the last one away.
+  #offer(blob, seconds = 0) {
+    const card = byId('film-card');
+    if (this.address) URL.revokeObjectURL(this.address);
+    this.address = blob && URL.createObjectURL(blob);
+    card.hidden = !blob;
+    if (!blob) return;
+    const name = `${this.view.manifest.title}.webm`;
+    card.replaceChildren(make('span', {}, `${name}, ${seconds.toFixed(1)} s, ${(blob.size / 1e6).toFixed(1)} MB`),
+                         make('a', {href: this.address, download: name, class: 'strong', id: 'film-file'}, 'Save'), this.#close());
+    byId('film-file').focus();
+  }
+}
