@@ -156,8 +156,7 @@ class FilmMaker {
       if (!head) return head.error();
       settings.head = std::make_shared<const HrtfSet>(*std::move(head));
     }
-    Result<FilmSound> sound =
-        renderFilmSound(std::move(view_.run), *camera_, time_, settings);
+    Result<FilmSound> sound = renderFilmSound(std::move(view_.run), *camera_, time_, settings);
     if (!sound) return Error{name_ + ": " + sound.error().message};
     sound_ = *std::move(sound);
     std::ofstream file(soundFile(), std::ios::binary);
