@@ -1,6 +1,6 @@
 // The page as a whole: what is shown, selected and heard, and what keys do.
 import {Desk} from './live/desk.js';
-import {otherRuns} from './run/choice.js';
+import {isGallery, otherRuns} from './run/choice.js';
 import {namesOf} from './run/data.js';
 import {Keys} from './text/keys.js';
 import {Mixer} from './text/mixer.js';
@@ -46,7 +46,7 @@ export class View {
   begin() {
     document.querySelectorAll('[data-icon]').forEach((element) => setIcon(element, element.dataset.icon));
     fillSheets(this.manifest.version);
-    this.setTitle(this.manifest.title);
+    this.setTitle(isGallery(this.manifest) ? this.runs[0].name : this.manifest.title);
     this.#others = otherRuns(this.manifest, this.runs, this.player);
     if (this.#others) byId('runs').after(this.#others);
     this.offerRuns();

@@ -8,11 +8,17 @@ function parametersOf(hash) {
   return new URLSearchParams(hash.replace(/^#/, ''));
 }
 
+/// True for a page of many scenes, each with a run, of which one is shown at a time.
+export function isGallery(manifest) {
+  return manifest.runs.length > 1 && new Set(manifest.runs.map((run) => run.name)).size === manifest.runs.length;
+}
+
 /// The manifest's runs that are to be shown, in the order of the address.
 export function chosenRuns(manifest, hash = location.hash) {
   const wanted = (parametersOf(hash).get('runs') ?? '').split(',');
   const chosen = wanted.map((id) => manifest.runs.find((run) => run.id === id)).filter(Boolean);
   if (chosen.length) return [...new Set(chosen)];
+  if (isGallery(manifest)) return manifest.runs.slice(0, 1);
   return manifest.runs.length > kMost ? manifest.runs.slice(0, 2) : manifest.runs;
 }
 
@@ -27,12 +33,13 @@ export function otherRuns(manifest, runs, player) {
   const shown = runs.map((run) => run.id);
   const others = manifest.runs.filter((run) => !shown.includes(run.id));
   if (!others.length) return null;
-  const list = make('select', {id: 'other-runs', 'aria-label': 'Another run in the place of this one', title: 'Another run in the place of this one'},
-      make('option', {value: ''}, 'Other…'), ...others.map((run) => make('option', {value: run.id}, run.label)));
+  const scenes = isGallery(manifest), words = scenes ? 'Another scene' : 'Another run in the place of this one';
+  const list = make('select', {id: 'other-runs', 'aria-label': words, title: words},
+      make('option', {value: ''}, scenes ? 'Scenes…' : 'Other…'), ...others.map((run) => make('option', {value: run.id}, run.label.replaceAll('_', ' '))));
   list.addEventListener('change', () => {
     if (!list.value) return;
     const ids = shown.map((id, index) => (index === player.runIndex ? list.value : id));
-    location.hash = `runs=${ids.join(',')}&t=${player.time.toFixed(4)}`;
+    location.hash = scenes ? `runs=${list.value}` : `runs=${ids.join(',')}&t=${player.time.toFixed(4)}`;
     location.reload();
   });
   return list;
