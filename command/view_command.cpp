@@ -1,5 +1,6 @@
 #include "command/view_command.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <filesystem>
@@ -33,6 +34,9 @@ using namespace lab;
 
 namespace {
 
+constexpr double kShortestView = 1e-3;   // s
+constexpr double kLongestView = 3600.0;  // s
+
 /// A run that the page is to show.
 struct Wanted {
   std::string file;
@@ -40,6 +44,7 @@ struct Wanted {
   std::string label;
   std::optional<StepperType> stepper = {};  // in place of the scene's own
   double step = 0.0;                        // s; 0: the scene's own
+  double seconds = 0.0;                     // s; 0: all of it
   bool asTold = false;
 };
 
@@ -47,6 +52,15 @@ struct Wanted {
 struct Failed {
   int code = kFailed;
 };
+
+/// Returns the name by which a page's address may choose a run: its file's, or a number.
+std::string idOf(const std::string& file, std::size_t index) {
+  const std::string stem = fs::path(file).stem().string();
+  const bool isPlain = !stem.empty() && std::ranges::all_of(stem, [](char letter) {
+    return (letter >= 'a' && letter <= 'z') || (letter >= '0' && letter <= '9') || letter == '_';
+  });
+  return isPlain ? stem : "run" + std::to_string(index + 1);
+}
 
 /// Shows the page in a browser, where there is a display; nothing comes of it otherwise.
 void open(const std::string& file) {
@@ -102,6 +116,7 @@ class Maker {
     if (!scene) return Failed{fail(kBadInput, scene.error().message)};
     if (wanted.stepper) scene->stepper.type = *wanted.stepper;
     if (wanted.step > 0.0) scene->stepper.step = wanted.step;
+    if (wanted.seconds > 0.0) scene->duration = std::min(scene->duration, wanted.seconds);
     const Status valid = scene->stepper.type == StepperType::bullet ? validateForBullet(*scene)
                                                                     : validateForNative(*scene);
     if (!valid) return Failed{fail(kBadInput, wanted.file + ": " + valid.error().message)};
@@ -148,6 +163,8 @@ ViewCommand::ViewCommand(CLI::App& app)
       ->check(oneOf({"native", "bullet"}));
   command_->add_option("--step", step_, "Bullet's step in s; default: the scene's own")
       ->check(numberRange(kShortestStep, kLongestStep, "s"));
+  command_->add_option("--seconds", seconds_, "the first so many seconds of scenes; default: all")
+      ->check(numberRange(kShortestView, kLongestView, "s"));
   command_->add_option("--template", template_,
                        "page without runs, as 'cmake --preset web' makes it; default: the one that "
                        "was built or installed with this program");
@@ -159,6 +176,7 @@ ViewCommand::ViewCommand(CLI::App& app)
       "Examples:\n"
       "  carom view scenes/library/marbles_in_a_box.json -o marbles.html\n"
       "  carom view scenes/library/billiard_break.json --compare\n"
+      "  carom view scenes/library/*.json --seconds 4 -o gallery.html\n"
       "  carom view quiet.carom loud.carom --label quiet --label loud -o both.html");
 }
 
@@ -188,12 +206,16 @@ int ViewCommand::run() const {
   for (std::size_t index = 0; index < inputs_.size(); ++index) {
     Wanted& one = wanted.emplace_back();
     one.file = inputs_[index];
-    one.id = "run" + std::to_string(index + 1);
+    one.id = idOf(inputs_[index], index);
     one.label = index < labels_.size() ? labels_[index] : fs::path(one.file).stem().string();
     if (stepper_ == "native") one.stepper = StepperType::native;
     if (stepper_ == "bullet") one.stepper = StepperType::bullet;
     one.step = step_;
+    one.seconds = seconds_;
   }
+  for (Wanted& one : wanted)  // two of one name
+    if (std::ranges::count(wanted, one.id, &Wanted::id) > 1)
+      one.id += "-" + std::to_string(1 + (&one - wanted.data()));
   if (compare_) {
     if (isRunFile(inputs_.front()) || isRecording(inputs_.front()))
       return fail(kBadInput, "--compare: " + inputs_.front() +
@@ -206,6 +228,7 @@ int ViewCommand::run() const {
                       .label = "as Bullet tells it",
                       .stepper = StepperType::bullet,
                       .step = step_,
+                      .seconds = seconds_,
                       .asTold = true});
   }
 

@@ -27,7 +27,8 @@ class ViewCommand {
   std::string output_;  // empty: the first input's name with .html
   std::string template_;
   std::string stepper_;
-  double step_ = 0.0;  // s; 0: the scene's own
+  double step_ = 0.0;     // s; 0: the scene's own
+  double seconds_ = 0.0;  // s; 0: all of a scene
   bool compare_ = false;
   bool noOpen_ = false;
   bool confine_ = false;
