@@ -17,6 +17,14 @@ const module = new WebAssembly.Module(readFileSync(wasm));
 const text = readFileSync(file, 'utf8'), rate = JSON.parse(text).sample_rate ?? 48000;
 
 for (const stepper of ['native', 'bullet']) {
+  try {
+    measure(stepper);
+  } catch (error) {
+    console.log(`${stepper}: ${error.message}`);
+  }
+}
+
+function measure(stepper) {
   const begin = cpu();
   const mechanics = new Mechanics(module, text, null);
   if ((JSON.parse(text).stepper?.type ?? 'native') !== stepper) mechanics.setStepper(stepper === 'bullet', 1 / 240);

@@ -89,7 +89,7 @@ def pose(browser, body, seconds):
 def check_flight(browser, claims, stepper, within):
     """A body that is thrown is where its parabola says, and lands where and when it says."""
     place, velocity = [0, 0.4, 0.3], [0.5, 1.2, 0.1]
-    browser.run(f"carom.pause(), carom.live.rewind(0), carom.live.set({{stepper: '{stepper}', step: 1 / 1000}})")
+    browser.run(f"(async () => {{ carom.pause(); await carom.live.start(); carom.live.set({{stepper: '{stepper}', step: 1 / 1000}}); }})()")
     body = throw(browser, place, velocity)
     browser.run("carom.live.advance(0.8)")
     for seconds in (0.1, 0.25, 0.4):
@@ -119,8 +119,7 @@ def check_bits(browser, claims):
 
 def check_heard(browser, claims):
     """What sounded while it went on is what a render of it has; a throw on the way is heard, too."""
-    browser.run("carom.setEar([0.1, 0.4, 0.9]), carom.setFormat('mono'), carom.live.rewind(0), carom.live.set({stepper: 'native'})")
-    browser.run("carom.play()")
+    browser.run("(async () => { carom.setEar([0.1, 0.4, 0.9]); carom.setFormat('mono'); await carom.live.start(); await carom.play(); })()")
     claims.that(browser.wait("carom.time > 0.4"), "the live run does not go on")
     bodies = browser.run("carom.live.sceneJson().bodies.length")
     browser.run("document.activeElement.blur()")

@@ -137,7 +137,7 @@ export class Bar {
     const words = microseconds(time);
     if (words === this.shown) return;
     this.shown = words;
-    byId('clock').replaceChildren(make('b', {}, words), make('span', {class: 'quiet'}, ` of ${Number(this.player.duration.toPrecision(4))}\u202fs`));
+    byId('clock').replaceChildren(make('b', {}, words), make('span', {class: 'quiet'}, ` of ${this.run.open ? this.player.duration.toFixed(1) : Number(this.player.duration.toPrecision(4))}\u202fs`));
     this.line.setAttribute('aria-valuenow', time.toFixed(6));
     this.line.setAttribute('aria-valuetext', words);
   }

@@ -19,7 +19,7 @@ export class LiveBar {
     this.desk = desk;
     this.element = byId('live-bar');
     this.tools = kTools.map(([tool, words, title]) => {
-      const button = make('button', {type: 'button', role: 'radio', title, onclick: () => desk.setTool(tool)}, make('span', {}, words));
+      const button = make('button', {type: 'button', role: 'radio', title, 'aria-label': words, onclick: () => desk.setTool(tool)}, make('span', {}, words));
       setIcon(button, tool);
       return button;
     });
