@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "native/math/fused.h"
+
 #if CAROM_SIMD
 #include "native/jello/simd_jello.h"
 #endif
@@ -16,16 +18,16 @@ namespace {
 double inverseRoot(double x) {
   const auto& [c0, c1, c2] = kInverseRootSeed;
   auto y = std::bit_cast<double>(kInverseRootBits - (std::bit_cast<std::uint64_t>(x) >> 1U));
-  const double first = std::fma(-(x * y), y, 1.0);
-  y *= std::fma(std::fma(c2, first, c1), first, c0);
-  const double second = std::fma(-(x * y), y, 1.0);
-  return std::fma(y * second, std::fma(0.375, second, 0.5), y);
+  const double first = fused(-(x * y), y, 1.0);
+  y *= fused(fused(c2, first, c1), first, c0);
+  const double second = fused(-(x * y), y, 1.0);
+  return fused(y * second, fused(0.375, second, 0.5), y);
 }
 
 using Push = std::array<double, 3>;
 
 double dot(const Push& a, const Push& b) {
-  return std::fma(a[2], b[2], std::fma(a[1], b[1], a[0] * b[0]));
+  return fused(a[2], b[2], fused(a[1], b[1], a[0] * b[0]));
 }
 
 /// Force in N by which the spring of kind `which` from point a to point b pushes a.
@@ -35,13 +37,12 @@ Push pushOf(const JelloSprings& springs, const JelloArrays& arrays, std::size_t 
   for (std::size_t axis = 0; axis < 3; ++axis)
     away[axis] = arrays.positions[axis][a] - arrays.positions[axis][b];
   const double inverse = inverseRoot(dot(away, away));
-  double strength =
-      std::fma(springs.stiffness * springs.lengths[which], inverse, -springs.stiffness);
+  double strength = fused(springs.stiffness * springs.lengths[which], inverse, -springs.stiffness);
   if (springs.damping > 0.0) {
     Push speed{};
     for (std::size_t axis = 0; axis < 3; ++axis)
       speed[axis] = arrays.velocities[axis][a] - arrays.velocities[axis][b];
-    strength = std::fma(-springs.damping, (dot(speed, away) * inverse) * inverse, strength);
+    strength = fused(-springs.damping, (dot(speed, away) * inverse) * inverse, strength);
   }
   for (double& one : away)
     one *= strength;
@@ -112,16 +113,16 @@ void addSprings(const JelloSprings& springs, JelloSlabs slabs, const JelloArrays
 
 void addWall(const JelloWall& wall, std::size_t count, const JelloArrays& arrays) {
   const auto along = [&](const std::array<const double*, 3>& of, std::size_t at) {
-    return std::fma(of[2][at], wall.normal[2],
-                    std::fma(of[1][at], wall.normal[1], of[0][at] * wall.normal[0]));
+    return fused(of[2][at], wall.normal[2],
+                 fused(of[1][at], wall.normal[1], of[0][at] * wall.normal[0]));
   };
   for (std::size_t at = 0; at < count; ++at) {
     const double depth = wall.offset - along(arrays.positions, at);
     if (!(depth > 0.0)) continue;
     const double damped = wall.damping * along(arrays.velocities, at);
-    const double push = std::max(0.0, std::fma(wall.stiffness, depth, -damped));
+    const double push = std::max(0.0, fused(wall.stiffness, depth, -damped));
     for (std::size_t axis = 0; axis < 3; ++axis)
-      arrays.forces[axis][at] = std::fma(push, wall.normal[axis], arrays.forces[axis][at]);
+      arrays.forces[axis][at] = fused(push, wall.normal[axis], arrays.forces[axis][at]);
   }
 }
 
@@ -129,14 +130,14 @@ void sum(const JelloSum& of) {
   for (std::size_t index = 0; index < of.count; ++index) {
     double total = of.base[index];
     for (std::size_t term = 0; term < of.terms; ++term)
-      total = std::fma(of.factors[term], of.values[term][index], total);
+      total = fused(of.factors[term], of.values[term][index], total);
     of.out[index] = total;
   }
 }
 
 void accelerate(const double* inverseMasses, double gravity, std::size_t count, double* forces) {
   for (std::size_t index = 0; index < count; ++index)
-    forces[index] = std::fma(forces[index], inverseMasses[index], gravity);
+    forces[index] = fused(forces[index], inverseMasses[index], gravity);
 }
 
 bool areWithin(const double* values, double middle, double most, std::size_t count) {
