@@ -23,7 +23,7 @@ CameraPath::CameraPath(std::vector<CameraKey> keys) : keys_(std::move(keys)) {
   position_ =
       curvesOf(3, [&](const CameraKey& key, std::size_t part) { return axis(key.position, part); });
   target_ = curvesOf(3, [&](const CameraKey& key, std::size_t part) {
-    return axis(key.target.value_or(key.position), part);
+    return axis(key.hasTarget ? key.target : key.position, part);
   });
   up_ = curvesOf(
       3, [&](const CameraKey& key, std::size_t part) { return axis(key.up.normalized(), part); });
@@ -83,7 +83,7 @@ CameraPose CameraPath::at(double time) const {
   pose.position = vectorOn(position_, key, clamped);
   pose.fieldOfView = on(fieldOfView_, key, clamped);
   const bool isLast = key + 1 >= keys_.size();
-  if (!isLast && keys_[key].target && keys_[key + 1].target) {
+  if (!isLast && keys_[key].hasTarget && keys_[key + 1].hasTarget) {
     const auto aimed = scenes::orientationTowards(vectorOn(target_, key, clamped) - pose.position,
                                                   vectorOn(up_, key, clamped));
     if (aimed) {

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <optional>
-
 #include "carom/audio/vector.h"
 
 namespace carom::scenes {
@@ -11,10 +9,10 @@ struct CameraKey {
   double time = 0.0;                    ///< s, of the scene; ascending
   Vec3 position = Vec3::Zero();         ///< m, world frame
   Quat orientation = Quat::Identity();  ///< camera to world, unit
-  std::optional<Vec3> target =
-      std::nullopt;           ///< m, world frame: the point that it looks at, if any
-  Vec3 up = Vec3::UnitY();    ///< world frame, of any length; counts with a target
-  double fieldOfView = 36.0;  ///< degrees, along the shorter side of the picture
+  bool hasTarget = false;               ///< it looks at a point
+  Vec3 target = Vec3::Zero();           ///< m, world frame; that point, if it looks at one
+  Vec3 up = Vec3::UnitY();              ///< world frame, of any length; counts with a target
+  double fieldOfView = 36.0;            ///< degrees, along the shorter side of the picture
 };
 
 }  // namespace carom::scenes

@@ -45,7 +45,8 @@ std::vector<CameraKey> readCamera(const JsonNode& node, const Vec3& gravity) {
     key.position = entry.vector("position", kPlace);
     readAim(entry, aim);
     key.orientation = orientationOf(aim, key.position, entry);
-    key.target = aim.target;
+    key.hasTarget = aim.target.has_value();
+    key.target = aim.target.value_or(key.target);
     key.up = aim.up;
     fieldOfView = entry.number("field_of_view", kFieldOfView, fieldOfView);
     key.fieldOfView = fieldOfView;

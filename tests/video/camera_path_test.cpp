@@ -30,6 +30,7 @@ CameraKey keyAt(double time, const Vec3& position) {
 
 CameraKey keyTowards(double time, const Vec3& position, const Vec3& target) {
   CameraKey key = keyAt(time, position);
+  key.hasTarget = true;
   key.target = target;
   key.orientation = Quat::FromTwoVectors(-Vec3::UnitZ(), target - position);
   return key;
@@ -114,10 +115,11 @@ TEST(CameraFiles, KeepWhatAKeyFrameDoesNotSay) {
           {"time": 2, "position": [2, 1, 0], "forward": [1, 0, 0], "field_of_view": 20}])");
   ASSERT_TRUE(keys) << keys.error().message;
   ASSERT_EQ(keys->size(), 3u);
+  EXPECT_TRUE((*keys)[1].hasTarget);
   EXPECT_EQ((*keys)[1].target, Vec3(0.0, 1.0, 0.0));
   EXPECT_EQ((*keys)[1].fieldOfView, 50.0);
   EXPECT_LT(((*keys)[1].orientation * -Vec3::UnitZ() + Vec3::UnitX()).norm(), 1e-12);
-  EXPECT_FALSE((*keys)[2].target);
+  EXPECT_FALSE((*keys)[2].hasTarget);
   EXPECT_EQ((*keys)[2].fieldOfView, 20.0);
 }
 

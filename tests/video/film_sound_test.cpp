@@ -84,7 +84,7 @@ TEST(FilmSounds, AreThoseThatTheSceneIsRenderedTo) {
   const Scene scene = ballScene(1.0);
   FirstChannel rendered;
   ASSERT_TRUE(renderScene(scene, {}, rendered));
-  const FilmSound sound = soundOf(scene, cameraAt({}), timeOf(0.9), {.listener = 0});
+  const FilmSound sound = soundOf(scene, cameraAt(Vec3::Zero()), timeOf(0.9), {.listener = 0});
   ASSERT_EQ(sound.channels, 1u);
   ASSERT_EQ(sound.samples.size(), 43'200u);
   const std::size_t whole = sound.samples.size() - 960;  // before the fade
