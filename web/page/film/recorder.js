@@ -4,7 +4,7 @@ import {byId, make} from '../text/dom.js';
 const kKinds = ['video/webm;codecs=vp9,opus', 'video/webm;codecs=vp8,opus', 'video/webm'];
 const kPictures = 60;          // in a second, at most
 const kBits = 12e6, kSoundBits = 192e3;   // in a second
-const kRest = 200;             // ms after the end, within which the last sound and picture arrive
+const kRest = 400;             // ms after the end, within which the last sound and picture arrive
 
 /// Why this browser makes no films; empty if it does.
 export function noFilms(canvas) {
@@ -52,22 +52,34 @@ export class Recorder {
       pictures.getTracks().forEach((track) => track.stop());
       this.view.filming = false;
       this.view.touch();
-      this.#offer(new Blob(parts, {type: 'video/webm'}), (range[1] - range[0]) / player.speed);
+      const film = new Blob(parts, {type: 'video/webm'});
+      if (film.size) this.#offer(film, (range[1] - range[0]) / player.speed);
+      else this.#say('Nothing has been recorded: this machine is too slow for it; carom video makes the film.');
     };
     this.#recorder = recorder;
     byId('film').setAttribute('aria-pressed', 'true');
     this.#say('Filming…');
     recorder.start(500);
+    player.seek(range[0]);
+    await this.#shown();   // the recorder has begun with a picture before the time goes on
     await player.once(range);
     this.#rolls = true;
   }
   #watch() {
     if (this.#rolls && !this.view.player.playing) this.#end();
   }
+  /// Two pictures are drawn.
+  async #shown() {
+    for (let picture = 0; picture < 2; ++picture) {
+      this.view.touch();
+      await new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve)));
+    }
+  }
   /// The recorder gets a moment for what is still on its way.
   #end() {
     if (this.#ends) return;
     this.#rolls = false;
+    this.view.touch();
     this.#ends = setTimeout(() => {
       const recorder = this.#recorder;
       this.#ends = this.#recorder = null;
