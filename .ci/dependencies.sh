@@ -15,9 +15,10 @@ carom_fuzz_packages="clang libclang-rt-14-dev llvm python3"
 # A second standard library, for what other platforms have: compiled, not run.
 carom_libcxx_packages="clang-19 libc++-19-dev libc++abi-19-dev"
 
-# The WebAssembly module, and its tests, which are left out where these are missing (docs/web.md).
+# The WebAssembly modules, and their tests, which are left out where these are missing (docs/web.md). web/get_bullet.sh unpacks
+# with tar and xz.
 carom_web_packages="clang-19 lld-19 libc++-19-dev-wasm32 libc++abi-19-dev-wasm32 libclang-rt-19-dev-wasm32 wasi-libc
-  binaryen libhwy-dev libeigen3-dev nodejs"
+  binaryen libhwy-dev libeigen3-dev nlohmann-json3-dev xz-utils nodejs"
 # Packages of nodejs from elsewhere bring npm along, and conflict with Debian's.
 command -v npm >/dev/null || carom_web_packages="$carom_web_packages npm"
 

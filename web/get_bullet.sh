@@ -24,5 +24,7 @@ own_apt() {
 cd "$work"
 own_apt update
 own_apt source --download-only bullet
-tar -xf bullet_*.orig.tar.* --wildcards --strip-components=2 -C "$folder" '*/src/LinearMath' '*/src/BulletCollision' \
+mkdir source
+tar -xf bullet_*.orig.tar.* --wildcards --strip-components=2 -C source '*/src/LinearMath' '*/src/BulletCollision' \
   '*/src/BulletDynamics' '*/src/BulletSoftBody/*.h' '*/src/btBullet*' '*/src/btLinearMathAll.cpp'
+cp -R source/. "$folder"  # last, so that it is there whole or not at all

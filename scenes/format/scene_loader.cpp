@@ -445,7 +445,9 @@ void SceneReader::readGroup(const JsonNode& entry) {
     sphere.radius = group.random.within(radii);
     const SurfaceMaterial& picked = materials[group.random.index(materials.size())];
     sphere.mass = sphereMass(picked.material.density, sphere.radius);
-    sphere.velocity = group.random.within(speeds) * group.random.direction();
+    // In one expression, each compiler would draw them in its own order.
+    const Vec3 direction = group.random.direction();
+    sphere.velocity = group.random.within(speeds) * direction;
     addBody(entry, {name + '.' + std::to_string(member + 1), picked.material, sphere,
                     picked.surface, picked.contact});
   }

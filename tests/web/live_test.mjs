@@ -1,8 +1,8 @@
 // What the page's module makes of a scene beside what `carom render` makes of it: the events.
 //
-//     live_test.mjs carom_page.wasm carom SCENE FOLDER [SECONDS [ALIKE]]
+//     live_test.mjs carom_page.wasm carom SCENE FOLDER [SECONDS [STEPPER [ALIKE]]]
 //
-// Runs the scene's first SECONDS, or all of it. Up to ALIKE (s), or the end, each event has to be that of the native
+// Runs the scene's first SECONDS, or all of it, on its stepper or STEPPER at its default step. Up to ALIKE (s), or the end, each event has to be that of the native
 // program: within 1 us in time, and 1e-4 in its impulse. Collisions on Bullet amplify a last digit by some ten each, so two
 // machines part after a while. Prints how many events have equal bits, when the first differs by more than the bars, and how
 // long the module took. The exit status is 77 if the module was built without the Bullet that the scene wants.
@@ -18,7 +18,7 @@ const kNumbers = 8;    // of an event
 const kPortion = 1 / 60;  // s, as a page asks
 const kSkipped = 77;
 
-const [wasm, carom, sceneFile, folder, seconds, alike] = process.argv.slice(2);
+const [wasm, carom, sceneFile, folder, seconds, stepper, alike] = process.argv.slice(2);
 mkdirSync(folder, {recursive: true});
 const module = new CaromModule(wasm);
 const {exports} = module;
@@ -59,22 +59,46 @@ function nativeEvents(text) {
   const [names, ...cells] = rows;
   const column = (name) => names.indexOf(name);
   const columns = ['time_s', 'body', 'other', 'jx_Ns', 'jy_Ns', 'jz_Ns', 'approach_speed_m_s', 'effective_mass_kg'].map(column);
-  return cells.map((row) => columns.map((at) => row[at]));
+  const isName = (index) => index === 1 || index === 2;
+  return sorted(cells.map((row) => columns.map((at, index) => isName(index) ? row[at] : Number(row[at]))));
 }
 
 function sorted(events) {
-  return events.sort((one, other) => one[0] - other[0] || one[1] - other[1] || one[2] - other[2]);
+  return events.sort((one, other) => one[0] - other[0]);
 }
 
 const length = (event) => Math.hypot(event[3], event[4], event[5]);
 
-/// Bodies have numbers in the module and names in the table: the first event of each body tells which are one.
+/// Bodies have numbers in the module and names in the table: the first event of each tells which are one.
 class BodyNames {
   names = new Map();
-  isOf(number, name) {
-    if (!this.names.has(number)) this.names.set(number, name);
-    return this.names.get(number) === name;
+  mayBe(number, name) {
+    return !this.names.has(number) || this.names.get(number) === name;
   }
+  mark(number, name) {
+    this.names.set(number, name);
+  }
+}
+
+/// Compares events in order of time. Shares of one collision have one time, and stand in any order, as may whatever happens
+/// within the bar: so each event looks for its partner among the next ones.
+function compare(events, native) {
+  const kNear = 64;
+  const names = new BodyNames();
+  const left = [...native];
+  let equal = 0;
+  for (const event of events) {
+    const isPartner = (row) => Math.abs(row[0] - event[0]) <= kLate &&
+        Math.hypot(row[3] - event[3], row[4] - event[4], row[5] - event[5]) <= kWeaker * length(event) &&
+        names.mayBe(event[1], row[1]) && names.mayBe(event[2], row[2]);
+    const place = left.slice(0, kNear).findIndex(isPartner);
+    if (place < 0) return {equal, differs: Math.min(event[0], left[0]?.[0] ?? Infinity)};
+    const [row] = left.splice(place, 1);
+    names.mark(event[1], row[1]);
+    names.mark(event[2], row[2]);
+    if ([0, 3, 4, 5, 6, 7].every((index) => Object.is(event[index], row[index]))) ++equal;
+  }
+  return {equal, differs: left[0]?.[0]};
 }
 
 // What is no scene is refused with a sentence, and does not end the module.
@@ -88,8 +112,39 @@ for (const bad of ['', '{', '{"a": 1e999}', '[1, 2', '{"bodies": "x"}', '{"durat
   if (!message.startsWith('the scene: ')) throw new Error(`${JSON.stringify(bad)}: ${message}`);
 }
 
+/// A tetrahedron as a PLY file.
+const kMesh = `ply\nformat ascii 1.0\nelement vertex 4\nproperty double x\nproperty double y\nproperty double z
+element face 4\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n0.1 0 0\n0 0.1 0\n0 0 0.1
+3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n`;
+
+/// Files that a scene names are those that the module was given, by their names.
+function testHeldFiles() {
+  const text = JSON.stringify({
+    duration: 1, stepper: {type: 'bullet'},
+    bodies: [{type: 'solid', material: 'steel', position: [0, 1, 0], shape: {type: 'mesh', file: 'meshes/one.ply'}}],
+    listeners: [{position: [0, 0, 1]}],
+  });
+  const attempt = () => {
+    try {
+      exports.carom_live_close(open(text));
+      return '';
+    } catch (error) {
+      return error.message;
+    }
+  };
+  const without = attempt();
+  if (!without.includes('there is no file "meshes/one.ply"')) throw new Error(`without the file: ${without}`);
+  const name = module.copyText('meshes/one.ply'), bytes = module.copyText(kMesh);
+  exports.carom_live_hold_file(name, bytes, kMesh.length);
+  [name, bytes].forEach((address) => exports.free(address));
+  const refused = attempt();
+  if (refused !== '' && !refused.includes('has no Bullet')) throw new Error(`with the file: ${refused}`);
+}
+testHeldFiles();
+
 const scene = JSON.parse(readFileSync(sceneFile, 'utf8'));
 if (seconds !== undefined) scene.duration = Number(seconds);
+if (stepper !== undefined) scene.stepper = {type: stepper};
 const text = JSON.stringify(scene);
 let live;
 try {
@@ -105,35 +160,11 @@ const {user, system} = process.cpuUsage(before);
 exports.carom_live_close(live);
 
 const native = nativeEvents(text);
-const names = new BodyNames();
-const shares = (rows, body) => rows;
-let equal = 0, differs = null;
-// Shares of one collision have one time, and stand in any order.
-const pending = native.map((row) => row.map((cell, at) => (at === 1 || at === 2 ? cell : Number(cell))));
-pending.sort((one, other) => one[0] - other[0]);
-const indexOf = new Map(scene.bodies.map((body, index) => [body.name, index]));
-for (let at = 0; at < Math.max(events.length, pending.length) && differs === null; ++at) {
-  const event = events[at];
-  // Of the events within the bar in time, the one of the same bodies and impulse.
-  const place = event === undefined ? -1 : pending.findIndex((row, index) =>
-      index >= at && index < at + 64 && Math.abs(row[0] - event[0]) <= kLate &&
-      Math.hypot(row[3] - event[3], row[4] - event[4], row[5] - event[5]) <= kWeaker * length(event) &&
-      (!names.names.has(event[1]) || names.names.get(event[1]) === row[1]) &&
-      (!names.names.has(event[2]) || names.names.get(event[2]) === row[2]));
-  if (place < 0) {
-    differs = Math.min(event?.[0] ?? Infinity, pending[at]?.[0] ?? Infinity);
-    break;
-  }
-  const [row] = pending.splice(place, 1);
-  pending.splice(at, 0, row);
-  names.isOf(event[1], row[1]);
-  names.isOf(event[2], row[2]);
-  if ([0, 3, 4, 5, 6, 7].every((index) => Object.is(event[index], row[index]))) ++equal;
-}
+const {equal, differs} = compare(events, native);
 const bar = alike === undefined ? scene.duration : Number(alike);
-const isAlike = native.length > 0 && (differs === null || differs > bar);
+const isAlike = native.length > 0 && (differs === undefined || differs > bar);
 console.log(`${isAlike ? 'ok' : 'FAILED'} ${basename(sceneFile)}, ${scene.duration} s: ${events.length} events, ${native.length} ` +
             `native ones, ${equal} of equal bits, ` +
-            `${differs === null ? 'alike to the end' : `the first that differs is at ${differs.toFixed(6)} s`}; ` +
+            `${differs === undefined ? 'alike to the end' : `the first that differs is at ${differs.toFixed(6)} s`}; ` +
             `${((user + system) / 1e6).toFixed(2)} s of CPU`);
 process.exit(isAlike ? 0 : 1);

@@ -1,10 +1,10 @@
-// Takes the place of zstd_frame.cpp in a build without Zstandard: a frame of raw blocks, which
-// every decoder reads.
+#include "audio/run/raw_frame.h"
 
 #include <algorithm>
+#include <cassert>
+#include <cstdint>
 
 #include "audio/io/field_code.h"
-#include "audio/run/zstd_frame.h"
 
 namespace carom::audio {
 
@@ -13,21 +13,21 @@ namespace {
 // RFC 8878, section 3.1.1: the frame's header is a magic number, a byte that says that there is one
 // segment whose size follows in four bytes, and that size. A raw block has three bytes before it:
 // its size times 8, and 1 if it is the last one. No block may be larger than 128 KiB.
-constexpr std::uint32_t kMagic = 0xFD2FB528U;
+constexpr std::uint32_t kFrameMagic = 0xFD2FB528U;
 constexpr std::uint8_t kOneSegment = 0b1010'0000;
 constexpr std::size_t kLargestBlock = std::size_t{1} << 17U;
-constexpr std::size_t kHeader = 9;       // bytes
+constexpr std::size_t kFrameHeader = 9;  // bytes
 constexpr std::size_t kBlockHeader = 3;  // bytes
 
 }  // namespace
 
-Result<std::vector<std::byte>> zstdFrame(std::span<const std::byte> bytes, Packing /*packing*/) {
-  if (bytes.size() > UINT32_MAX) return Error{"a part of the run is too large"};
+std::vector<std::byte> rawFrame(std::span<const std::byte> bytes) {
+  assert(bytes.size() <= UINT32_MAX);
   const std::size_t blocks = bytes.size() / kLargestBlock + 1;
   std::vector<std::byte> frame;
-  frame.reserve(kHeader + kBlockHeader * blocks + bytes.size());
+  frame.reserve(kFrameHeader + kBlockHeader * blocks + bytes.size());
   FieldWriter fields(frame);
-  fields.number(kMagic);
+  fields.number(kFrameMagic);
   fields.number(kOneSegment);
   fields.number(static_cast<std::uint32_t>(bytes.size()));
   bool isLast = false;
