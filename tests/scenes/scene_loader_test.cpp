@@ -224,9 +224,9 @@ std::string readFile(const std::filesystem::path& file) {
 
 std::vector<std::filesystem::path> libraryFiles() {
   std::vector<std::filesystem::path> files;
-  for (const auto& entry : std::filesystem::directory_iterator(kScenes / "library")) {
-    if (entry.path().extension() == ".json") files.push_back(entry.path());
-  }
+  for (const char* const folder : {"library", "shows"})
+    for (const auto& entry : std::filesystem::directory_iterator(kScenes / folder))
+      if (entry.path().extension() == ".json") files.push_back(entry.path());
   std::sort(files.begin(), files.end());
   return files;
 }
