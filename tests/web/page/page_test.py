@@ -208,7 +208,7 @@ def check_sheets(browser, claims):
     claims.that(browser.wait("!document.getElementById('help').open", 3), "Escape does not close the help")
     browser.run("document.getElementById('open-about').click()")
     text = browser.run("document.getElementById('about').textContent")
-    for name in ("three.js", "LLVM Exceptions", "Highway", "Mozilla Public License", "KEMAR", "the Carom authors"):
+    for name in ("three.js", "LLVM Exceptions", "Highway", "Mozilla Public License", "KEMAR", "Bullet", "JSON for Modern C++", "the Carom authors"):
         claims.that(name in text, f"the notices lack {name}")
     browser.run("document.getElementById('about').close()")
     nameless = browser.run("[...document.querySelectorAll('button, input')].filter((item) => !(item.getAttribute('aria-label') || item.textContent.trim())).length")

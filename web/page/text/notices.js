@@ -8,16 +8,24 @@ The above copyright notice and this permission notice shall be included in all c
 
 ${kWarranty}`;
 
-export const kNotices = [
-  {name: 'Carom', licence: 'zlib licence', text: `Copyright (c) 2026 the Carom authors
-
-This software is provided 'as-is', without any express or implied warranty. In no event will the authors be held liable for any damages arising from the use of this software.
+const kZlib = `This software is provided 'as-is', without any express or implied warranty. In no event will the authors be held liable for any damages arising from the use of this software.
 
 Permission is granted to anyone to use this software for any purpose, including commercial applications, and to alter it and redistribute it freely, subject to the following restrictions:
 
 1. The origin of this software must not be misrepresented; you must not claim that you wrote the original software. If you use this software in a product, an acknowledgment in the product documentation would be appreciated but is not required.
 2. Altered source versions must be plainly marked as such, and must not be misrepresented as being the original software.
-3. This notice may not be removed or altered from any source distribution.`},
+3. This notice may not be removed or altered from any source distribution.`;
+
+export const kNotices = [
+  {name: 'Carom', licence: 'zlib licence', text: `Copyright (c) 2026 the Carom authors
+
+${kZlib}`},
+  {name: 'Bullet Collision Detection and Physics Library', licence: 'zlib licence: scenes on Bullet', text: `Copyright (c) 2003-2014 Erwin Coumans, https://bulletphysics.org, and the authors that its files name
+
+${kZlib}`},
+  {name: 'JSON for Modern C++', licence: 'MIT licence: reads scenes', text: `Copyright © 2013-2022 Niels Lohmann
+
+${kMit}`},
   {name: 'three.js', licence: 'MIT licence: the picture', text: `The MIT License
 
 Copyright © 2010-2026 three.js authors
