@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "command/command_line.h"
-#include "command/page_parts.h"
 #include "command/progress_bar.h"
+#include "command/view_command.h"
 #include "lab/report/report.h"
 #include "lab/report/report_files.h"
 #include <CLI/CLI.hpp>

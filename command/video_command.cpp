@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "command/command_line.h"
-#include "command/page_parts.h"
 #include "command/progress_bar.h"
 #include "command/signals.h"
+#include "command/view_command.h"
 #include "lab/video/film.h"
 #include "lab/view/view_page.h"
 #include "lab/view/view_run.h"

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "command/command_line.h"
-#include "command/page_parts.h"
 #include "command/progress_bar.h"
 #include "lab/view/view_page.h"
 #include "lab/view/view_run.h"
@@ -19,6 +18,7 @@
 #include <unistd.h>
 
 #include "audio/io/partial_file.h"
+#include "audio/propagation/sofa_file.h"
 #include "scenes/format/scene_loader.h"
 #include "scenes/limits/run_guard.h"
 #include "scenes/recording/recorded_run.h"
@@ -144,6 +144,21 @@ class Maker {
 };
 
 }  // namespace
+
+std::vector<fs::path> pageFolders() {
+  std::error_code ignored;
+  const fs::path program = fs::read_symlink("/proc/self/exe", ignored);
+  std::vector<fs::path> folders;
+  std::istringstream names(CAROM_VIEW_FOLDERS);
+  for (std::string name; std::getline(names, name, ':');)
+    folders.push_back((program.parent_path() / name).lexically_normal());
+  return folders;
+}
+
+Status addDefaultHead(lab::ViewPage& page) {
+  const auto head = audio::readSofaFile(audio::defaultSofaFile());
+  return head ? page.setHead(*head) : Status(std::monostate{});
+}
 
 ViewCommand::ViewCommand(CLI::App& app)
     : command_(app.add_subcommand(

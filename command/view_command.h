@@ -1,9 +1,13 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "command/run_options.h"
+#include "lab/view/view_page.h"
+
+#include "carom/audio/result.h"
 
 namespace CLI {
 class App;
@@ -35,5 +39,12 @@ class ViewCommand {
   bool json_ = false;
   RunOptions run_;
 };
+
+/// Returns the folders in which the template of `carom view` may be, by the place of this program.
+std::vector<std::filesystem::path> pageFolders();
+
+/// Gives a page the default head, if it is installed; without it, the page has no binaural ears.
+/// Errors: those of ViewPage::setHead.
+Status addDefaultHead(lab::ViewPage& page);
 
 }  // namespace carom::command

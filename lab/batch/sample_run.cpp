@@ -28,8 +28,8 @@
 #include "scenes/format/scene_loader.h"
 #include "scenes/limits/run_guard.h"
 #include "scenes/run/bullet_scene.h"
-#include "scenes/run/events_file.h"
-#include "scenes/run/motion_rows.h"
+#include "scenes/rows/events_file.h"
+#include "scenes/rows/motion_rows.h"
 #include "scenes/run/native_only.h"
 #include "scenes/run/render.h"
 

@@ -4,7 +4,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "scenes/run/csv_row.h"
+#include "scenes/rows/csv_row.h"
 
 namespace carom::lab {
 

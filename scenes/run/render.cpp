@@ -9,7 +9,7 @@
 
 #include "audio/io/partial_file.h"
 #include "scenes/limits/sound_end.h"
-#include "scenes/run/events_file.h"
+#include "scenes/rows/events_file.h"
 #include "scenes/run/stopwatch.h"
 
 namespace carom::scenes {

@@ -13,7 +13,7 @@
 #include "carom/audio/synth.h"
 #include "carom/modal/analysis_settings.h"
 #include "scenes/format/scene.h"
-#include "scenes/run/events_file.h"
+#include "scenes/rows/events_file.h"
 #include "scenes/run/plan.h"
 #include "scenes/run/scene_sound.h"
 

@@ -1,4 +1,4 @@
-#include "scenes/run/events_file.h"
+#include "scenes/rows/events_file.h"
 
 #include <bit>
 #include <cmath>

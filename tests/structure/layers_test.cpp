@@ -91,6 +91,7 @@ const std::vector<Layer>& exceptions() {
       {"modal/analysis/sparse_factor_mumps.cpp", "(dlfcn|dmumps_c)\\.h"},
       {"bullet_bridge/tracking/solved_contact.cpp", "BulletSoftBody/btSoftBody\\.h"},
       {"plugin/bullet/shape_solver.cpp", "unistd\\.h"},
+      {"web/live_exports.cpp", "nlohmann/json\\.hpp"},
       {"plugin/realtime/audio_device.cpp", "SDL\\.h"},
       {"plugin/include/carom/carom.h", "std(def|int)\\.h"},
       {"plugin/examples/c_click.c", "stdio\\.h"},

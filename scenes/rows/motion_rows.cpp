@@ -1,11 +1,11 @@
-#include "scenes/run/motion_rows.h"
+#include "scenes/rows/motion_rows.h"
 
 #include <algorithm>
 #include <cstdint>
 
 #include <Eigen/Geometry>
 
-#include "scenes/run/csv_row.h"
+#include "scenes/rows/csv_row.h"
 
 namespace carom::scenes {
 namespace {

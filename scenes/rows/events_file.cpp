@@ -1,4 +1,4 @@
-#include "scenes/run/events_file.h"
+#include "scenes/rows/events_file.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -7,7 +7,7 @@
 #include <system_error>
 #include <utility>
 
-#include "scenes/run/csv_row.h"
+#include "scenes/rows/csv_row.h"
 
 namespace carom::scenes {
 

@@ -1,4 +1,4 @@
-#include "scenes/run/csv_row.h"
+#include "scenes/rows/csv_row.h"
 
 #include <charconv>
 
