@@ -1,10 +1,13 @@
 // The module's functions that run a scene while a page shows it (carom_live_*); docs/web.md has
 // them all. They are no part of the C API, and may change with the page.
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <iterator>
 #include <map>
 #include <memory>
 #include <optional>
@@ -17,6 +20,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "audio/io/held_files.h"
 #include "audio/run/playable_run.h"
 #include "audio/run/run_encoder.h"
 #include "carom/carom.h"
@@ -52,6 +56,19 @@ constexpr std::size_t kParts = 11;
 
 /// m/s: what is slower does not slide.
 constexpr double kLiveSlides = 1e-3;
+
+/// Files that scenes may name, by their paths.
+using FileTable = std::map<std::string, std::vector<std::byte>, std::less<>>;
+
+FileTable& fileTable() {
+  static FileTable files;
+  return files;
+}
+
+const std::vector<std::byte>* fileInTable(std::string_view path) {
+  const auto found = fileTable().find(path);
+  return found == fileTable().end() ? nullptr : &found->second;
+}
 
 Vec3 vectorFrom(const double* numbers) {
   return {numbers[0], numbers[1], numbers[2]};
@@ -248,6 +265,12 @@ struct carom_live {
 };
 
 extern "C" {
+
+/// Gives scenes a file, by the path that they name it by.
+CAROM_API void carom_live_hold_file(const char* path, const std::byte* bytes, std::size_t size) {
+  fileTable()[path].assign(bytes, bytes + size);
+  setHeldFiles(fileInTable);
+}
 
 /// Begins a scene (JSON); null with a message if it is refused. `run` are the bytes of encodedRun
 /// of a run of the same scene, which tell how its bodies sound; without them nothing rings.
