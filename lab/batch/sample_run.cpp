@@ -27,9 +27,9 @@
 #include "modal/json/json_reader.h"
 #include "scenes/format/scene_loader.h"
 #include "scenes/limits/run_guard.h"
-#include "scenes/run/bullet_scene.h"
 #include "scenes/rows/events_file.h"
-#include "scenes/rows/motion_rows.h"
+#include "scenes/run/bullet_scene.h"
+#include "scenes/run/motion_rows.h"
 #include "scenes/run/native_only.h"
 #include "scenes/run/render.h"
 

@@ -1,4 +1,4 @@
-#include "scenes/rows/motion_rows.h"
+#include "scenes/run/motion_rows.h"
 
 #include <algorithm>
 #include <cstdint>
