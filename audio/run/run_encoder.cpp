@@ -66,7 +66,7 @@ Status RunEncoder::put(char kind, std::span<const std::byte> bytes) {
 
 Status RunEncoder::flush() {
   if (portions_.empty()) return std::monostate{};
-  const Status appended = append(packedPart('p', encodedPortions(portions_)));
+  Status appended = append(packedPart('p', encodedPortions(portions_)));
   packed_ += portions_.size();
   portions_.clear();
   pending_ = 0;
