@@ -28,8 +28,6 @@
 #include "scenes/limits/run_guard.h"
 #include "scenes/recording/recorded_run.h"
 #include "scenes/recording/recorded_scene.h"
-#include "scenes/run/bullet_only.h"
-#include "scenes/run/native_only.h"
 #include "scenes/values/camera_reader.h"
 
 namespace carom::command {
@@ -43,11 +41,6 @@ namespace {
 constexpr int kLeastSide = 64;  // pixels
 constexpr int kMostSide = 7680;
 constexpr double kLongestTail = 60.0;  // s
-
-/// A film that cannot be made: the exit code, after the message has been said.
-struct NoFilm {
-  int code = kFailed;
-};
 
 using SizeOfPicture = std::pair<int, int>;
 
@@ -115,37 +108,6 @@ Result<FilmTools> findTools(const std::string& browser, const std::string& encod
   if (!page) return page.error();
   tools.pageTemplate = *std::move(page);
   return tools;
-}
-
-std::variant<ViewRun, NoFilm> readRun(const std::string& file, bool isConfined) {
-  ProgressBar bar("reading " + file);
-  ViewOptions options;
-  options.progress = [&bar](double share) { bar.show(share); };
-  Result<ViewRun> view = viewRecorded(file, isConfined, options);
-  bar.clear();
-  if (!view) return NoFilm{fail(kBadInput, view.error().message)};
-  return *std::move(view);
-}
-
-std::variant<ViewRun, NoFilm> runScene(const std::string& file, const Scene& scene,
-                                       const RunLimits& limits) {
-  const Status valid = scene.stepper.type == StepperType::bullet ? validateForBullet(scene)
-                                                                 : validateForNative(scene);
-  if (!valid) return NoFilm{fail(kBadInput, file + ": " + valid.error().message)};
-  ProgressBar bar("running " + scene.name);
-  RunGuard guard(scene, limits);
-  ViewOptions options;
-  options.progress = [&bar](double share) { bar.show(share); };
-  options.analysis = [&bar](std::string_view stage, double share) {
-    bar.show(share, std::string(stage));
-    return true;
-  };
-  options.guard = &guard;
-  Result<ViewRun> view = viewScene(scene, options);
-  bar.clear();
-  if (guard.ended()) return NoFilm{endedEarly(file, *guard.ended(), "")};
-  if (!view) return NoFilm{fail(kFailed, view.error().message)};
-  return *std::move(view);
 }
 
 /// Returns the index of a listener by its name; an error says which there are.
@@ -352,8 +314,8 @@ int VideoCommand::run() const {
   const bool isRun = isRunFile(input_) || isRecording(input_);
   const Result<Scene> scene = isRun ? Scene() : chosenScene();
   if (!scene) return fail(kBadInput, scene.error().message);
-  auto made = isRun ? readRun(input_, confine_) : runScene(input_, *scene, limits);
-  if (const auto* none = std::get_if<NoFilm>(&made)) return none->code;
+  MadeView made = isRun ? readView(input_, confine_) : runView(input_, *scene, limits);
+  if (const auto* none = std::get_if<NoView>(&made)) return none->code;
   auto& view = std::get<ViewRun>(made);
   view.label = fs::path(input_).stem().string();
   Result<FilmSettings> settings = settingsFor(view.scene);

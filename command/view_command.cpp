@@ -48,11 +48,6 @@ struct Wanted {
   bool asTold = false;
 };
 
-/// A run that could not be made: the exit code, after the message has been said.
-struct Failed {
-  int code = kFailed;
-};
-
 /// Returns the name by which a page's address may choose a run: its file's, or a number.
 std::string idOf(const std::string& file, std::size_t index) {
   const std::string stem = fs::path(file).stem().string();
@@ -75,73 +70,48 @@ void open(const std::string& file) {
   (void)posix_spawnp(&child, program.c_str(), nullptr, nullptr, words.data(), environ);
 }
 
-/// Runs or reads what is wanted.
-class Maker {
- public:
-  Maker(const RunOptions& options, bool confined) : options_(options), confined_(confined) {}
+ViewOptions optionsWith(ProgressBar& bar) {
+  ViewOptions options;
+  options.progress = [&bar](double share) { bar.show(share); };
+  options.analysis = [&bar](std::string_view stage, double share) {
+    bar.show(share, std::string(stage));
+    return true;
+  };
+  return options;
+}
 
-  /// Returns the run, or the exit code of what was said about it.
-  std::variant<ViewRun, Failed> make(const Wanted& wanted) {
-    return isRunFile(wanted.file) || isRecording(wanted.file) ? read(wanted) : runScene(wanted);
-  }
-
- private:
-  static void name(ViewRun& view, const Wanted& wanted) {
-    view.id = wanted.id;
-    view.label = wanted.label;
-  }
-  ViewOptions optionsWith(ProgressBar& bar) const {
-    ViewOptions options;
-    options.progress = [&bar](double share) { bar.show(share); };
-    options.analysis = [&bar](std::string_view stage, double share) {
-      bar.show(share, std::string(stage));
-      return true;
+/// Runs a scene that the page is to show.
+MadeView runWanted(const Wanted& wanted, bool isConfined, const RunLimits& limits) {
+  const Result<std::string> text = readSceneText(wanted.file);
+  if (!text) return NoView{fail(kBadInput, text.error().message)};
+  Result<Scene> scene = parseScene(*text, wanted.file, {.confined = isConfined});
+  if (!scene) return NoView{fail(kBadInput, scene.error().message)};
+  if (wanted.stepper) scene->stepper.type = *wanted.stepper;
+  if (wanted.step > 0.0) scene->stepper.step = wanted.step;
+  if (wanted.seconds > 0.0) scene->duration = std::min(scene->duration, wanted.seconds);
+  ViewOptions options;
+  if (wanted.asTold) {
+    hearAsTold(*scene);
+    options.heardAt = [step = scene->stepper.step](const ImpulseEvent& event) {
+      return endOfStep(event, step);
     };
-    return options;
   }
+  MadeView made = runView(wanted.file, *scene, limits, std::move(options));
+  if (auto* const view = std::get_if<ViewRun>(&made)) setSceneText(*view, *text);
+  return made;
+}
 
-  std::variant<ViewRun, Failed> read(const Wanted& wanted) const {
-    ProgressBar bar("reading " + wanted.file);
-    Result<ViewRun> view = viewRecorded(wanted.file, confined_, optionsWith(bar));
-    bar.clear();
-    if (!view) return Failed{fail(kBadInput, view.error().message)};
-    name(*view, wanted);
-    return *std::move(view);
+/// Returns the run, or the exit code of what was said about it.
+MadeView make(const Wanted& wanted, bool isConfined, const RunLimits& limits) {
+  MadeView made = isRunFile(wanted.file) || isRecording(wanted.file)
+                      ? readView(wanted.file, isConfined)
+                      : runWanted(wanted, isConfined, limits);
+  if (auto* const view = std::get_if<ViewRun>(&made)) {
+    view->id = wanted.id;
+    view->label = wanted.label;
   }
-
-  std::variant<ViewRun, Failed> runScene(const Wanted& wanted) const {
-    const Result<std::string> text = readSceneText(wanted.file);
-    if (!text) return Failed{fail(kBadInput, text.error().message)};
-    Result<Scene> scene = parseScene(*text, wanted.file, {.confined = confined_});
-    if (!scene) return Failed{fail(kBadInput, scene.error().message)};
-    if (wanted.stepper) scene->stepper.type = *wanted.stepper;
-    if (wanted.step > 0.0) scene->stepper.step = wanted.step;
-    if (wanted.seconds > 0.0) scene->duration = std::min(scene->duration, wanted.seconds);
-    const Status valid = scene->stepper.type == StepperType::bullet ? validateForBullet(*scene)
-                                                                    : validateForNative(*scene);
-    if (!valid) return Failed{fail(kBadInput, wanted.file + ": " + valid.error().message)};
-    ProgressBar bar("running " + scene->name);
-    RunGuard guard(*scene, options_.limits());
-    ViewOptions options = optionsWith(bar);
-    options.guard = &guard;
-    if (wanted.asTold) {
-      hearAsTold(*scene);
-      options.heardAt = [step = scene->stepper.step](const ImpulseEvent& event) {
-        return endOfStep(event, step);
-      };
-    }
-    Result<ViewRun> view = viewScene(*scene, options);
-    bar.clear();
-    if (guard.ended()) return Failed{endedEarly(wanted.file, *guard.ended(), "")};
-    if (!view) return Failed{fail(kFailed, view.error().message)};
-    name(*view, wanted);
-    setSceneText(*view, *text);
-    return *std::move(view);
-  }
-
-  const RunOptions& options_;
-  bool confined_;
-};
+  return made;
+}
 
 }  // namespace
 
@@ -158,6 +128,32 @@ std::vector<fs::path> pageFolders() {
 Status addDefaultHead(lab::ViewPage& page) {
   const auto head = audio::readSofaFile(audio::defaultSofaFile());
   return head ? page.setHead(*head) : Status(std::monostate{});
+}
+
+MadeView readView(const std::string& file, bool isConfined) {
+  ProgressBar bar("reading " + file);
+  Result<ViewRun> view = viewRecorded(file, isConfined, optionsWith(bar));
+  bar.clear();
+  if (!view) return NoView{fail(kBadInput, view.error().message)};
+  return *std::move(view);
+}
+
+MadeView runView(const std::string& file, const Scene& scene, const RunLimits& limits,
+                 ViewOptions options) {
+  const Status valid = scene.stepper.type == StepperType::bullet ? validateForBullet(scene)
+                                                                 : validateForNative(scene);
+  if (!valid) return NoView{fail(kBadInput, file + ": " + valid.error().message)};
+  ProgressBar bar("running " + scene.name);
+  RunGuard guard(scene, limits);
+  const ViewOptions shown = optionsWith(bar);
+  options.progress = shown.progress;
+  options.analysis = shown.analysis;
+  options.guard = &guard;
+  Result<ViewRun> view = viewScene(scene, options);
+  bar.clear();
+  if (guard.ended()) return NoView{endedEarly(file, *guard.ended(), "")};
+  if (!view) return NoView{fail(kFailed, view.error().message)};
+  return *std::move(view);
 }
 
 ViewCommand::ViewCommand(CLI::App& app)
@@ -251,10 +247,9 @@ int ViewCommand::run() const {
       ViewPage::create(*pageTemplate, fs::path(inputs_.front()).stem().string());
   if (!page) return fail(kFailed, page.error().message);
   if (const Status head = addDefaultHead(*page); !head) return fail(kFailed, head.error().message);
-  Maker maker(run_, confine_);
   for (const Wanted& one : wanted) {
-    auto made = maker.make(one);
-    if (const auto* failed = std::get_if<Failed>(&made)) return failed->code;
+    const MadeView made = make(one, confine_, run_.limits());
+    if (const auto* none = std::get_if<NoView>(&made)) return none->code;
     const Result<bool> added = page->add(std::get<ViewRun>(made));
     if (!added) return fail(kFailed, added.error().message);
   }

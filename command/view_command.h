@@ -2,12 +2,16 @@
 
 #include <filesystem>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "command/run_options.h"
 #include "lab/view/view_page.h"
+#include "lab/view/view_run.h"
 
 #include "carom/audio/result.h"
+#include "scenes/format/scene.h"
+#include "scenes/limits/run_guard.h"
 
 namespace CLI {
 class App;
@@ -46,5 +50,17 @@ std::vector<std::filesystem::path> pageFolders();
 /// Gives a page the default head, if it is installed; without it, the page has no binaural ears.
 /// Errors: those of ViewPage::setHead.
 Status addDefaultHead(lab::ViewPage& page);
+
+/// The exit code of a run that cannot be made, after the message has been said.
+struct NoView {
+  int code = 1;
+};
+using MadeView = std::variant<lab::ViewRun, NoView>;
+
+/// Reads a recorded run of any kind, with a bar of progress.
+MadeView readView(const std::string& file, bool isConfined);
+/// Runs a scene of a file within limits, with a bar of progress; of `options` the rest.
+MadeView runView(const std::string& file, const scenes::Scene& scene,
+                 const scenes::RunLimits& limits, lab::ViewOptions options = {});
 
 }  // namespace carom::command

@@ -38,7 +38,7 @@ using namespace carom::plugin;
 using namespace carom::scenes;
 using nlohmann::ordered_json;
 
-/// What a page may ask for, as bytes.
+/// The parts that a page may ask for, as bytes.
 enum class Part : std::uint32_t {
   drawing,   // JSON: a run of the manifest, see sceneDrawing
   opening,   // what carom_run_open takes: the run without portions
@@ -53,9 +53,6 @@ enum class Part : std::uint32_t {
   jello,     // places of all its points, then their velocities: rows of 3 doubles
 };
 constexpr std::size_t kParts = 11;
-
-/// m/s: what is slower does not slide.
-constexpr double kLiveSlides = 1e-3;
 
 /// Files that scenes may name, by their paths.
 using FileTable = std::map<std::string, std::vector<std::byte>, std::less<>>;
@@ -92,8 +89,7 @@ struct carom_live {
 
   LiveRun run;
   std::optional<JelloOutline> outline;
-  std::size_t portions = 0;  // that have been taken
-  std::size_t bodies = 0;    // entries of the run's bodies that have been taken
+  std::size_t bodies = 0;  // entries of the run's bodies that have been taken
   std::array<std::vector<std::byte>, kParts> parts;
   std::vector<std::vector<std::byte>> blobs;
 
@@ -106,32 +102,22 @@ struct carom_live {
         drawn.push_back(drawnBody(run.scene(), body));
     return drawn;
   }
+  std::size_t keep(std::span<const std::byte> bytes) {
+    blobs.emplace_back(bytes.begin(), bytes.end());
+    return blobs.size() - 1;
+  }
   ordered_json drawing(std::span<const DrawnBody> drawn) {
-    return sceneDrawing(run.scene(), drawn, [this](std::span<const std::byte> bytes) {
-      blobs.emplace_back(bytes.begin(), bytes.end());
-      return blobs.size() - 1;
-    });
+    return sceneDrawing(run.scene(), drawn,
+                        [this](std::span<const std::byte> bytes) { return keep(bytes); });
   }
 
   void makeDrawing() {
     blobs.clear();
     ordered_json object = drawing(drawnFrom(0));
     object["stepper"] = run.scene().stepper.type == StepperType::bullet ? "bullet" : "native";
-    if (outline) {
-      NumberTable table;
-      outline->addShape(table);
-      blobs.push_back(bytesOf(table));
-      std::size_t body = 0;
-      while (!std::holds_alternative<std::shared_ptr<const JelloShape>>(
-          run.scene().bodies[body].shape))
-        ++body;
-      object["jello"] = {{"body", body},
-                         {"points", outline->points()},
-                         {"edges", outline->edges()},
-                         {"triangles", outline->triangles()},
-                         {"pictures", 0},
-                         {"blob", blobs.size() - 1}};
-    }
+    if (outline)
+      object["jello"] = outline->drawing(
+          run.scene(), {}, [this](std::span<const std::byte> bytes) { return keep(bytes); });
     part(Part::drawing) = bytesOf(object.dump());
   }
 
@@ -143,23 +129,6 @@ struct carom_live {
     if (!bytes) return bytes.error();
     part(Part::opening) = *std::move(bytes);
     return std::monostate{};
-  }
-
-  void addEvents(const RunPortion& portion, const LiveRun::Shown& shown, NumberTable& table) const {
-    const bool applied = run.run().world.synth.impulse == ImpulseChoice::applied;
-    for (std::size_t index = 0; index < portion.events.size(); ++index) {
-      const ImpulseEvent& event = portion.events[index];
-      const Vec3& impulse =
-          applied && event.hasAppliedImpulse ? event.appliedImpulse : event.impulse;
-      for (const double number :
-           {event.time, static_cast<double>(event.body), static_cast<double>(event.other),
-            impulse.norm(), event.approachSpeed, shown.measures[index].duration,
-            shown.measures[index].peak})
-        table.add(number);
-      table.add(event.position);
-      table.add(impulse);
-      table.add(0.0);
-    }
   }
 
   Status take() {
@@ -174,18 +143,16 @@ struct carom_live {
     for (std::size_t index = 0; index < shown.size(); ++index) {
       const RunPortion& portion = all.portions[first + index];
       more.portions.push_back(portion);
-      addEvents(portion, shown[index], events);
+      for (std::size_t event = 0; event < portion.events.size(); ++event)
+        addEventRow(portion.events[event], shown[index].measures[event], all.world.synth.impulse,
+                    events);
       for (const auto& [body, pose] : shown[index].poses)
-        for (const double number :
-             {pose.time, static_cast<double>(body), pose.position.x(), pose.position.y(),
-              pose.position.z(), pose.orientation.w(), pose.orientation.x(), pose.orientation.y(),
-              pose.orientation.z()})
-          poses.add(static_cast<float>(number));
+        addPoseRow(body, pose, poses);
       for (const ContactState& state : portion.contacts)
         for (const double number :
              {static_cast<double>(state.body), static_cast<double>(state.other), state.time,
               state.time + (state.phase == ContactPhase::end ? 0.0 : state.duration),
-              state.slipVelocity.norm() > kLiveSlides ? 1.0 : 0.0, state.normalLoad})
+              state.slipVelocity.norm() > kSlides ? 1.0 : 0.0, state.normalLoad})
           contacts.add(number);
       for (const JelloPicture& picture : shown[index].pictures) {
         pictures.add(picture.time);

@@ -51,7 +51,7 @@ Result<EncodedRunParts> encodedRunParts(const PlayableRun& run);
 /// no run has. Never throws for bad input but for lack of memory. [any thread]
 Result<PlayableRun> decodedRun(std::span<const std::byte> bytes);
 
-/// What comes to a run that goes on.
+/// Bodies and portions that come to a run that goes on.
 struct RunMore {
   std::vector<PlayableRun::Bodies> bodies;  ///< by the indices that portions will have
   std::vector<RunPortion> portions;         ///< without pictures

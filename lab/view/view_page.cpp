@@ -121,8 +121,8 @@ class ViewPage::Maker {
       drawn.moves = poses.size() > 1;
       if (!poses.empty()) drawn.pose = poses.front();
     }
-    run_ = sceneDrawing(view.scene, bodies,
-                        [this](std::span<const std::byte> bytes) { return blob(bytes); });
+    const KeepBlob keep = [this](std::span<const std::byte> bytes) { return blob(bytes); };
+    run_ = sceneDrawing(view.scene, bodies, keep);
     run_["id"] = view.id;
     run_["label"] = view.label;
     run_["stepper"] = view.stepper;
@@ -131,35 +131,13 @@ class ViewPage::Maker {
     else if (!view.notLive.empty())
       run_["notLive"] = view.notLive;
     run_["sound"] = {blob(sound->sound), blob(sound->portions)};
-    addJello(view);
+    if (const JelloShape* const jello = jelloOf(view.scene); jello && !view.pictures.empty())
+      run_["jello"] = JelloOutline(*jello).drawing(view.scene, view.pictures, keep);
     addEvents(view);
     addPoses(view);
     addContacts(view);
     manifest_["runs"].push_back(std::move(run_));
     return fault();
-  }
-
-  /// Adds all pictures of a jello, behind its shape.
-  void addJello(const ViewRun& view) {
-    const JelloShape* const jello = jelloOf(view.scene);
-    if (jello == nullptr || view.pictures.empty()) return;
-    const JelloOutline outline(*jello);
-    NumberTable table;
-    outline.addShape(table);
-    for (const JelloPicture& picture : view.pictures)
-      table.add(picture.time);
-    for (const JelloPicture& picture : view.pictures)
-      outline.addPoints(picture, table);
-    const auto isJello = [](const SceneBody& body) {
-      return std::holds_alternative<std::shared_ptr<const JelloShape>>(body.shape);
-    };
-    const auto body = std::ranges::find_if(view.scene.bodies, isJello);
-    run_["jello"] = {{"body", body - view.scene.bodies.begin()},
-                     {"points", outline.points()},
-                     {"edges", outline.edges()},
-                     {"triangles", outline.triangles()},
-                     {"pictures", view.pictures.size()},
-                     {"blob", blob(table.bytes())}};
   }
 
   // --- What happens ---
@@ -173,24 +151,9 @@ class ViewPage::Maker {
   void addEvents(const ViewRun& view) {
     NumberTable table;
     const std::vector<EventPlace> order = eventsInOrder(view.run);
-    for (std::size_t row = 0; row < order.size(); ++row) {
-      const ImpulseEvent& event = view.run.portions[order[row].portion].events[order[row].event];
-      const Vec3& impulse =
-          view.run.world.synth.impulse == ImpulseChoice::applied && event.hasAppliedImpulse
-              ? event.appliedImpulse
-              : event.impulse;
-      const auto& measure = view.events.at(row);
-      table.add(event.time);
-      table.add(static_cast<double>(event.body));
-      table.add(static_cast<double>(event.other));
-      table.add(impulse.norm());
-      table.add(event.approachSpeed);
-      table.add(measure.duration);
-      table.add(measure.peak);
-      table.add(event.position);
-      table.add(impulse);
-      table.add(0.0);
-    }
+    for (std::size_t row = 0; row < order.size(); ++row)
+      addEventRow(view.run.portions[order[row].portion].events[order[row].event],
+                  view.events.at(row), view.run.world.synth.impulse, table);
     addTable<double>("events", 14, table);
   }
 
@@ -198,13 +161,8 @@ class ViewPage::Maker {
     NumberTable table;
     for (std::size_t body = 0; body < view.poses.size(); ++body) {
       if (view.poses[body].size() < 2) continue;  // it stays where the manifest has it
-      for (const ListenerPose& pose : view.poses[body]) {
-        const Quat& turn = pose.orientation;
-        for (const double number :
-             {pose.time, static_cast<double>(body), pose.position.x(), pose.position.y(),
-              pose.position.z(), turn.w(), turn.x(), turn.y(), turn.z()})
-          table.add(static_cast<float>(number));
-      }
+      for (const ListenerPose& pose : view.poses[body])
+        addPoseRow(static_cast<BodyId>(body), pose, table);
     }
     addTable<float>("poses", 9, table);
   }

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "audio/propagation/pose_track.h"
+#include "scenes/live/scene_drawing.h"
 #include "scenes/recording/event_tape.h"
 #include "scenes/recording/recorded_run.h"
 #include "scenes/recording/recorded_scene.h"
@@ -20,8 +21,6 @@ using namespace audio;
 
 namespace {
 
-/// m/s: what is slower does not slide.
-constexpr double kSlides = 1e-3;
 /// Poses that may be left out one after another.
 constexpr std::size_t kLongestGap = 64;
 

@@ -91,13 +91,13 @@ Status LiveRun::addBodies(std::size_t first, std::span<const HostBody> sounds) {
   unknown.recoil = RecoilModel::sphere;
   unknown.bodies.erase(unknown.bodies.begin(),
                        unknown.bodies.begin() + static_cast<std::ptrdiff_t>(first));
-  std::vector<bool> isKnown(scene().bodies.size());
+  std::vector<const HostBody*> known(scene().bodies.size(), nullptr);
   for (const HostBody& body : sounds)
-    if (body.id < isKnown.size()) isKnown[body.id] = true;
+    if (body.id < known.size()) known[body.id] = &body;
   for (std::size_t index = 0; index < unknown.bodies.size(); ++index) {
     unknown.bodies[index].ringing.reset();
-    // A jello has no other sound than that of its states, which soundBodies knows quickly.
-    if (isKnown[first + index]) unknown.bodies[index].normalMap.reset();
+    // The texture of a body whose sound is known is not read again.
+    if (known[first + index] != nullptr) unknown.bodies[index].normalMap.reset();
   }
   Result<SceneSoundBodies> made = soundBodies(unknown);
   if (!made) return made.error();
@@ -110,8 +110,7 @@ Status LiveRun::addBodies(std::size_t first, std::span<const HostBody> sounds) {
     body.name = scene().bodies[index].name;
     body.sound = std::move(made->bodies[index - first]);
     body.form = formOf(scene().bodies[index]);
-    const auto known = std::ranges::find(sounds, body.id, &HostBody::id);
-    if (known != sounds.end()) body.sound = known->sound;
+    if (known[index] != nullptr) body.sound = known[index]->sound;
     rings_[index] = body.sound.modal != nullptr;
     if (const Status set = meter_->setBody(body.id, body.sound); !set)
       return Error{body.name + ": " + set.error().message};
@@ -159,7 +158,7 @@ void LiveRun::keepPortion(std::span<const ImpulseEvent> events) {
   portion.deformations.assign(stepper_->deformations().begin(), stepper_->deformations().end());
   const double begin = segments_.back().begin;
   if (begin > 0.0) {
-    // What a mechanics that takes over tells first is the last of that before it.
+    // The first poses of a mechanics that takes over are the last ones of the mechanics before it.
     std::erase_if(portion.poses, [](const BodyPose& pose) { return pose.pose.time <= 0.0; });
     std::erase_if(portion.pictures,
                   [](const JelloPicture& picture) { return picture.time <= 0.0; });

@@ -18,8 +18,8 @@
 namespace carom::scenes {
 
 /// A scene that runs while it is watched, and that may be changed on the way: bodies are drawn,
-/// pushed and added, settings become others, and what has happened can be taken back to any moment.
-/// What has happened is a run as it grows, which RunPlayer plays and a file can keep.
+/// pushed and added, settings become others, and the past can be taken back to any moment. The past
+/// is a run that grows, which RunPlayer plays and a file can keep.
 ///
 ///     advanceTo   the mechanics goes on, in frames
 ///     push, pull  act at the head, time()
@@ -35,7 +35,7 @@ class LiveRun {
   static constexpr double kLongest = 600.0;       ///< s: nothing goes on for longer
   static constexpr std::size_t kMostAdded = 500;  ///< bodies
 
-  /// What is drawn of a portion.
+  /// The part of a portion that is drawn.
   struct Shown {
     std::vector<BodyPose> poses;  ///< of all bodies that move
     std::vector<JelloPicture> pictures;

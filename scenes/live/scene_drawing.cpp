@@ -225,6 +225,27 @@ ordered_json sceneDrawing(const Scene& scene, std::span<const DrawnBody> bodies,
   return Drawing(keep).of(scene, bodies);
 }
 
+void addEventRow(const ImpulseEvent& event, const RunPlayer::EventMeasure& measure,
+                 ImpulseChoice choice, NumberTable& table) {
+  const bool isApplied = choice == ImpulseChoice::applied && event.hasAppliedImpulse;
+  const Vec3& impulse = isApplied ? event.appliedImpulse : event.impulse;
+  for (const double number :
+       {event.time, static_cast<double>(event.body), static_cast<double>(event.other),
+        impulse.norm(), event.approachSpeed, measure.duration, measure.peak})
+    table.add(number);
+  table.add(event.position);
+  table.add(impulse);
+  table.add(0.0);
+}
+
+void addPoseRow(BodyId body, const ListenerPose& pose, NumberTable& table) {
+  const Vec3& at = pose.position;
+  const Quat& turn = pose.orientation;
+  for (const double number : {pose.time, static_cast<double>(body), at.x(), at.y(), at.z(),
+                              turn.w(), turn.x(), turn.y(), turn.z()})
+    table.add(static_cast<float>(number));
+}
+
 JelloOutline::JelloOutline(const JelloShape& jello) {
   const native::JelloSkin skin(jello.lattice.count);
   for (const auto& square : skin.squares())
@@ -244,13 +265,28 @@ JelloOutline::JelloOutline(const JelloShape& jello) {
   edges_.assign(edges.begin(), edges.end());
 }
 
-void JelloOutline::addShape(NumberTable& table) const {
+ordered_json JelloOutline::drawing(const Scene& scene, std::span<const JelloPicture> pictures,
+                                   const KeepBlob& keep) const {
+  NumberTable table;
   for (const auto& [from, to] : edges_) {
     table.add(from);
     table.add(to);
   }
   for (const std::uint32_t point : triangles_)
     table.add(point);
+  for (const JelloPicture& picture : pictures)
+    table.add(picture.time);
+  for (const JelloPicture& picture : pictures)
+    addPoints(picture, table);
+  const auto isJello = [](const SceneBody& body) {
+    return std::holds_alternative<std::shared_ptr<const JelloShape>>(body.shape);
+  };
+  return {{"body", std::ranges::find_if(scene.bodies, isJello) - scene.bodies.begin()},
+          {"points", points_.size()},
+          {"edges", edges_.size()},
+          {"triangles", triangles_.size() / 3},
+          {"pictures", pictures.size()},
+          {"blob", keep(table.bytes())}};
 }
 
 void JelloOutline::addPoints(const JelloPicture& picture, NumberTable& table) const {

@@ -10,6 +10,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "audio/run/host_run.h"
+#include "audio/run/run_player.h"
 #include "audio/run/run_portion.h"
 #include "scenes/format/scene.h"
 #include "scenes/live/number_table.h"
@@ -35,16 +36,23 @@ DrawnBody drawnBody(const Scene& scene, const audio::HostBody& body);
 nlohmann::ordered_json sceneDrawing(const Scene& scene, std::span<const DrawnBody> bodies,
                                     const KeepBlob& keep);
 
+/// Slip (m/s) below which a lasting contact is drawn as one that does not slide.
+inline constexpr double kSlides = 1e-3;
+
+/// Adds the row of an event: 14 doubles, with the impulse that is heard.
+void addEventRow(const ImpulseEvent& event, const audio::RunPlayer::EventMeasure& measure,
+                 ImpulseChoice choice, NumberTable& table);
+/// Adds the row of a body's pose: 9 floats.
+void addPoseRow(BodyId body, const ListenerPose& pose, NumberTable& table);
+
 /// The part of a jello that is drawn: its outermost points and the squares between them.
 class JelloOutline {
  public:
   explicit JelloOutline(const JelloShape& jello);
 
-  std::size_t points() const { return points_.size(); }
-  /// Adds edges and triangles as pairs and triples of points.
-  void addShape(NumberTable& table) const;
-  std::size_t edges() const { return edges_.size(); }
-  std::size_t triangles() const { return triangles_.size() / 3; }
+  /// Returns how the jello of a scene is drawn: its shape, and pictures of it, for a manifest.
+  nlohmann::ordered_json drawing(const Scene& scene, std::span<const audio::JelloPicture> pictures,
+                                 const KeepBlob& keep) const;
   /// Adds the places of the points in a picture, as floats.
   void addPoints(const audio::JelloPicture& picture, NumberTable& table) const;
 

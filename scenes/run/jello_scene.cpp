@@ -185,7 +185,7 @@ void JelloSceneStepper::putState(Scene& scene) const {
       moved->positions[point] = jello.position(point);
       moved->velocities[point] = jello.velocity(point);
     }
-    // What has been chosen stays: a choice takes some tenths of a second.
+    // The integrator and the step that were chosen stay: a choice takes some tenths of a second.
     moved->integrator = choice_.stepping.integrator;
     moved->step = choice_.stepping.step;
     *shape = std::move(moved);

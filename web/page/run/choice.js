@@ -8,9 +8,10 @@ function parametersOf(hash) {
   return new URLSearchParams(hash.replace(/^#/, ''));
 }
 
-/// True for a page of many scenes, each with a run, of which one is shown at a time.
+/// True for a page of many scenes, each with a run, of which one is shown at a time. A few are taken for variants, as
+/// somebody may have edited a copy of a scene and named it otherwise.
 export function isGallery(manifest) {
-  return manifest.runs.length > 1 && new Set(manifest.runs.map((run) => run.name)).size === manifest.runs.length;
+  return manifest.runs.length > kMost && new Set(manifest.runs.map((run) => run.name)).size === manifest.runs.length;
 }
 
 /// The manifest's runs that are to be shown, in the order of the address.
