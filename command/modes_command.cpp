@@ -1,5 +1,6 @@
 #include "command/modes_command.h"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <iomanip>
@@ -36,6 +37,14 @@ double decayTime(const Mode& mode) {
   return std::log(1000.0) / mode.decayRate;  // s, by 60 dB
 }
 
+/// Returns the largest relative error of the frequencies; nothing, where none is known.
+std::optional<double> worstError(const ModalModel& model) {
+  double worst = 0.0;
+  for (const Mode& mode : model.modes)
+    worst = std::max(worst, mode.frequencyError);
+  return worst > 0.0 ? std::optional(worst) : std::nullopt;
+}
+
 nlohmann::ordered_json modesJson(const MeshAnalysis& analysis) {
   const ModalModel& model = analysis.model;
   nlohmann::ordered_json object;
@@ -46,10 +55,12 @@ nlohmann::ordered_json modesJson(const MeshAnalysis& analysis) {
                                 model.centreOfMass.z()};
   object["vertices"] = model.surface.vertices.size();
   if (analysis.degreesOfFreedom) object["degrees_of_freedom"] = *analysis.degreesOfFreedom;
+  if (const auto error = worstError(model)) object["accuracy_reached"] = *error;
   object["modes"] = nlohmann::ordered_json::array();
   for (const Mode& mode : model.modes) {
     nlohmann::ordered_json entry;
     entry["frequency_hz"] = mode.frequency;
+    if (mode.frequencyError > 0.0) entry["frequency_error"] = mode.frequencyError;
     entry["decay_rate_per_s"] = mode.decayRate;
     entry["radiation_decay_rate_per_s"] = mode.radiation.decayRate;
     entry["volume_m2_per_sqrt_kg"] = mode.radiation.volume;
@@ -67,21 +78,29 @@ nlohmann::ordered_json modesJson(const MeshAnalysis& analysis) {
   return object;
 }
 
+/// Returns the error of a mode's frequency in percent; a dash where it is not known.
+std::string errorText(const Mode& mode) {
+  if (mode.frequencyError <= 0.0) return "-";
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(2) << 100.0 * mode.frequencyError;
+  return text.str();
+}
+
 std::string modesText(const MeshAnalysis& analysis) {
   const ModalModel& model = analysis.model;
   std::ostringstream text;
   text << model.name << ": " << model.material.name << ", " << std::setprecision(4) << model.mass
        << " kg, " << model.modes.size() << (model.modes.size() == 1 ? " mode" : " modes")
        << (analysis.isFromCache ? ", from the cache" : "") << "\n\n"
-       << "  mode   frequency    decay rate   by sound   60 dB in   radiates as\n"
-       << "                Hz           1/s        1/s          s\n";
+       << "  mode   frequency   within    decay rate   by sound   60 dB in   radiates as\n"
+       << "                Hz        %           1/s        1/s          s\n";
   text << std::fixed;
   for (std::size_t index = 0; index < model.modes.size(); ++index) {
     const Mode& mode = model.modes[index];
     const std::size_t count = mode.radiation.multipoles.size();
     const auto order = static_cast<int>(std::lround(std::sqrt(static_cast<double>(count)))) - 1;
     text << std::setw(6) << index + 1 << std::setw(12) << std::setprecision(2) << mode.frequency
-         << std::setw(14) << std::setprecision(3) << mode.decayRate << std::setw(11)
+         << std::setw(9) << errorText(mode) << std::setw(14) << std::setprecision(3) << mode.decayRate << std::setw(11)
          << mode.radiation.decayRate << std::setw(11) << decayTime(mode) << "   "
          << (count == 0 ? "monopole" : "multipoles to order " + std::to_string(order)) << '\n';
   }
@@ -103,14 +122,19 @@ Result<Material> materialOf(const std::string& text) {
                ", or a file FILE.json with its properties"};
 }
 
-// Warns of findings that are no errors, but worth knowing.
-void warn(const std::string& file, const MeshAnalysis& analysis) {
+// Warns of findings that are no errors, but worth knowing; `sought` is the accuracy asked for.
+void warn(const std::string& file, const MeshAnalysis& analysis, std::optional<double> sought) {
   for (const MeshFinding& finding : analysis.findings)
     std::cerr << "carom: " << file << ": " << nameOf(finding.fault) << ": " << finding.text << '\n';
   if (analysis.model.modes.empty())
     std::cerr << "carom: " << file
               << ": no mode lies from 20 Hz to 20 kHz; is its size right? --scale says what one "
                  "unit is\n";
+  if (analysis.degreesOfFreedom && !analysis.reachedAccuracy && sought)
+    std::cerr << "carom: " << file << ": the finest grid that half a minute and 4 GB allow ("
+              << *analysis.degreesOfFreedom << " degrees of freedom) has errors of up to "
+              << std::setprecision(2) << 100.0 * worstError(analysis.model).value_or(0.0)
+              << " %, and " << 100.0 * *sought << " % was asked for; --dofs takes a finer one\n";
   if (analysis.radiation && analysis.radiation->roughModes > 0)
     std::cerr << "carom: " << file << ": the sound of " << analysis.radiation->roughModes
               << " modes is rough, as it is computed on " << analysis.radiation->panels
@@ -139,10 +163,18 @@ ModesCommand::ModesCommand(CLI::App& app)
       ->check(oneOf({"transverse", "axial"}))
       ->needs(thickness)
       ->capture_default_str();
-  command_->add_option("--dofs", degreesOfFreedom_, "degrees of freedom of a solid, about")
-      ->check(wholeNumberRange(100, 1e6))
+  CLI::Option* accuracy =
+      command_
+          ->add_option("--accuracy", accuracy_,
+                       "of a solid: refine until frequencies are within so many percent, by their "
+                       "own estimate")
+          ->check(numberRange(1e-3, 50.0, "percent"))
+          ->excludes(thickness)
+          ->capture_default_str();
+  command_->add_option("--dofs", degreesOfFreedom_, "degrees of freedom of a solid, about, instead")
+      ->check(wholeNumberRange(192, 1e6))
       ->excludes(thickness)
-      ->capture_default_str();
+      ->excludes(accuracy);
   command_->add_option("--modes", modes_, "at most so many")
       ->check(wholeNumberRange(1, 2000))
       ->capture_default_str();
@@ -184,7 +216,9 @@ int ModesCommand::run() const {
 
   MeshAnalysisSettings settings;
   if (thickness_ > 0.0) settings.body = BodyModel::shell;
-  settings.solid.grid.degreesOfFreedom = static_cast<std::size_t>(degreesOfFreedom_);
+  settings.solid.accuracy = accuracy_ / 100.0;
+  if (degreesOfFreedom_ > 0.0)
+    settings.solid.grid.degreesOfFreedom = static_cast<std::size_t>(degreesOfFreedom_);
   settings.solid.maxModes = static_cast<Eigen::Index>(modes_);
   settings.shell.thickness = thickness_ * kMillimetre;
   settings.shell.springs = springs_ == "axial" ? ShellSprings::axial : ShellSprings::transverse;
@@ -211,7 +245,8 @@ int ModesCommand::run() const {
   if (!limit.empty()) return endedEarly(mesh_, watch, limit);
   if (!analysis) return fail(kBadInput, mesh_ + ": " + analysis.error().message);
   analysis->model.name = std::filesystem::path(mesh_).stem().string();
-  warn(mesh_, *analysis);
+  const bool choosesGrid = degreesOfFreedom_ == 0.0 && settings.body == BodyModel::solid;
+  warn(mesh_, *analysis, choosesGrid ? std::optional(settings.solid.accuracy) : std::nullopt);
   if (!output_.empty()) {
     if (const Status written = writeModel(output_, analysis->model); !written)
       return fail(kFailed, written.error().message);

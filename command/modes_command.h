@@ -29,7 +29,8 @@ class ModesCommand {
   std::string cacheFolder_;
   double scale_ = 1.0;
   double thickness_ = 0.0;  // mm; 0: a solid
-  double degreesOfFreedom_ = 20000.0;
+  double accuracy_ = 1.0;         // percent
+  double degreesOfFreedom_ = 0.0;  // 0: by accuracy
   double modes_ = 60.0;
   double panels_ = 800.0;
   bool solid_ = false;

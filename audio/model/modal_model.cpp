@@ -54,6 +54,8 @@ bool isSquare(std::size_t count) {
 Status validate(const Mode& mode) {
   if (!(mode.frequency >= kLowestMode && mode.frequency <= kHighestMode))
     return Error{"frequency must be from 20 to 20000 Hz"};
+  if (!(mode.frequencyError >= 0.0 && mode.frequencyError <= 1.0))
+    return Error{"frequency error must be from 0 to 1"};
   if (!(mode.decayRate >= 0.0 && mode.decayRate < 2.0 * std::numbers::pi * mode.frequency))
     return Error{"decay rate must be at least 0 and below 2 pi times the frequency (1/s)"};
   if (!(mode.radiation.decayRate >= 0.0 && mode.radiation.decayRate <= mode.decayRate))

@@ -49,6 +49,7 @@ constexpr double kWait = 0.2;         // s, for which an event waits at most
 // square to make. Radiation solves a full system of complex numbers for each mode: 22 s and 20 MB
 // for 60 modes and 800 panels. (At 5,000 and 40,000 degrees of freedom memory is right to 15 %,
 // time within a factor of three; at 400 panels time within two.)
+constexpr std::size_t kUsualFreedom = 5000;         // where accuracy decides, roughly
 constexpr double kSolidTime = 3.9 / 60.0;           // s, for a mode of kSolidFreedom
 constexpr double kSolidSize = 345e6;                // bytes, at kSolidFreedom
 constexpr double kSolidFreedom = 20'000.0;          // degrees of freedom
@@ -97,10 +98,12 @@ double freedomOf(const MeshAnalysisSettings& settings, const SurfaceMesh& surfac
         surface.vertices.size(), settings.shell.minVertices, settings.shell.maxVertices));
     return settings.shell.springs == ShellSprings::axial ? 3.0 * vertices : vertices;
   }
-  const VoxelSettings& grid = settings.solid.grid;
-  if (!grid.cellSize) return static_cast<double>(grid.degreesOfFreedom);
+  const GridSettings& grid = settings.solid.grid;
+  if (!grid.cellSize) {
+    return static_cast<double>(grid.degreesOfFreedom.value_or(kUsualFreedom));
+  }
   const double cells = std::cbrt(std::abs(signedVolume(surface))) / *grid.cellSize;
-  return 3.0 * std::pow(cells + 1.0, 3.0);
+  return 3.0 * std::pow(cells + 3.0, 3.0);
 }
 
 void addModes(const ModesToCompute& one, Sum& sum) {

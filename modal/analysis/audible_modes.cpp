@@ -37,9 +37,13 @@ void keepResidual(ModalModel& model, const EigenModes& found, const StaticRespon
   for (Eigen::Index mode = 0; mode < found.lambda.size(); ++mode) {
     const bool isRigid = found.lambda[mode] < rigidBelow;
     if (found.lambda[mode] > highest || (isRigid && !response.hasRigidModes)) continue;
-    const double moved = found.shapes.col(mode).dot(load) / (found.lambda[mode] - response.shift);
-    left -= moved * found.shapes.col(mode);
-    massMoment -= moved * moved;
+    const double above = found.lambda[mode] - response.shift;
+    const double volume = found.shapes.col(mode).dot(load);
+    const double pull = response.pulls.size() > 0 ? response.pulls[mode] : volume;
+    // What a mode is heard to displace follows from its shape at the vertices; a rigid one displaces
+    // nothing, and only its own rounding takes it out.
+    left -= (isRigid ? pull : volume) / above * found.shapes.col(mode);
+    massMoment -= std::pow(pull / above, 2);
   }
   const double volume = load.dot(left);  // m^3/Pa
   if (!(volume > kLeastResidual * std::abs(load.dot(response.displacement)) && massMoment > 0.0))
@@ -62,7 +66,8 @@ void keepAudibleModes(ModalModel& model, const EigenModes& found, double rigidBe
     const double omega = std::sqrt(lambda);
     Mode mode;
     mode.frequency = omega / (2.0 * std::numbers::pi);
-    mode.decayRate = 0.5 * (model.material.dampingAlpha + model.material.dampingBeta * lambda);
+    mode.decayRate = dampingRate(model.material, mode.frequency);
+    if (found.errors.size() > 0) mode.frequencyError = found.errors[index];
     if (mode.frequency < kLowestMode) {
       ++model.leftOut.below;
     } else if (mode.frequency > kHighestMode) {

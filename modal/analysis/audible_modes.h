@@ -12,6 +12,7 @@ struct EigenModes {
   /// Mode shapes in 1/sqrt(kg), one column for each mode, three rows for each vertex of the
   /// surface; phi^T M phi = 1 of the whole body.
   Eigen::MatrixXd shapes;
+  Eigen::VectorXd errors = {};  ///< 1, of the frequencies (Mode::frequencyError); empty: not known
 };
 
 /// How a surface gives way to a load that pulls each of its triangles outwards by 1 Pa.
@@ -21,6 +22,8 @@ struct StaticResponse {
   double shift = 0.0;          ///< rad^2/s^2, 0 or less
   double massMoment = 0.0;     ///< kg m^2: u^T M u of the whole body's displacement u
   bool hasRigidModes = false;  ///< they are in the displacement
+  /// m^2 / sqrt(kg), how far that load pulls each mode; empty: by its shape at the vertices.
+  Eigen::VectorXd pulls = {};
 };
 
 /// Returns the forces (N) of that load on the vertices, three rows for each.

@@ -2,119 +2,176 @@
 
 #include <array>
 #include <cmath>
-
-#include <Eigen/Cholesky>
+#include <cstddef>
+#include <vector>
 
 namespace carom::modal {
 namespace {
 
-constexpr int kNodes = 8;
-constexpr int kFunctions = kNodes + 3;  // the incompatible modes come last
+constexpr std::size_t kOrder = 4;  // functions along an axis, each of four powers
+constexpr std::size_t kPairs = kOrder * kOrder;
+constexpr std::size_t kPowers = kMomentPowers;
 
-using Shapes = Eigen::Matrix<double, kNodes, 1>;
-using Gradients = Eigen::Matrix<double, 3, kFunctions>;
-// Integrals of (d_a N_i) (d_b N_j), at 3 i + a, 3 j + b.
-using Products = Eigen::Matrix<double, 3 * kFunctions, 3 * kFunctions>;
+using Powers = std::array<double, kPowers>;
+/// Products of two functions or their derivatives along an axis, by powers of the coordinate from -1
+/// to 1, at first + 4 second.
+using PairPowers = std::array<Powers, kPairs>;
 
-// Shape functions at a point of the cell, each coordinate from 0 to 1.
-Shapes shapesAt(const Vec3& at) {
-  Shapes shapes;
-  for (int node = 0; node < kNodes; ++node) {
-    shapes[node] = 1.0;
-    for (int axis = 0; axis < 3; ++axis)
-      shapes[node] *= (node >> axis & 1) != 0 ? at[axis] : 1.0 - at[axis];
-  }
-  return shapes;
-}
+/// Which of the two factors of a product are derivatives.
+enum Slope : std::size_t { kNone, kSecond, kFirst, kBoth };
 
-Gradients gradientsAt(const Vec3& at, const Vec3& cellSize) {
-  Gradients gradients = Gradients::Zero();
-  for (int node = 0; node < kNodes; ++node) {
-    for (int axis = 0; axis < 3; ++axis) {
-      double product = ((node >> axis & 1) != 0 ? 1.0 : -1.0) / cellSize[axis];
-      for (int other = 0; other < 3; ++other) {
-        if (other == axis) continue;
-        product *= (node >> other & 1) != 0 ? at[other] : 1.0 - at[other];
-      }
-      gradients(axis, node) = product;
+/// Coefficients of the cubic B-splines' pieces in powers of the place from 0 to 1 (de Boor 1978).
+constexpr std::array<std::array<double, kOrder>, kOrder> kPieces = {
+    {{1.0 / 6.0, -0.5, 0.5, -1.0 / 6.0},
+     {4.0 / 6.0, 0.0, -1.0, 0.5},
+     {1.0 / 6.0, 0.5, 0.5, -0.5},
+     {0.0, 0.0, 0.0, 1.0 / 6.0}}};
+
+// The same in powers of the coordinate from -1 to 1.
+std::array<double, kOrder> centred(const std::array<double, kOrder>& piece) {
+  std::array<double, kOrder> result{};
+  for (std::size_t power = 0; power < kOrder; ++power) {
+    double share = piece[power] * std::pow(0.5, static_cast<double>(power));  // times a binomial
+    for (std::size_t index = 0; index <= power; ++index) {
+      result[index] += share;
+      share *= static_cast<double>(power - index) / static_cast<double>(index + 1);
     }
   }
-  for (int axis = 0; axis < 3; ++axis)
-    gradients(axis, kNodes + axis) = (1.0 - 2.0 * at[axis]) * 4.0 / cellSize[axis];
-  return gradients;
+  return result;
 }
 
-// Calls add(point, weight) for two points of Gauss each way in each box: exact, since no product
-// is of a higher degree than two in any one coordinate.
-template <class Add>
-void forEachPoint(const Vec3& cellSize, std::span<const CellBox> inside, const Add& add) {
-  const double offset = 0.5 / std::sqrt(3.0);
-  for (const CellBox& box : inside) {
-    const Vec3 size = box.high - box.low;
-    const double weight = size.cwiseProduct(cellSize).prod() / 8.0;
-    for (int point = 0; point < 8; ++point) {
-      Vec3 at;
-      for (int axis = 0; axis < 3; ++axis)
-        at[axis] =
-            box.low[axis] + size[axis] * (0.5 + ((point >> axis & 1) != 0 ? offset : -offset));
-      add(at, weight);
+std::array<double, kOrder> slopeOf(const std::array<double, kOrder>& powers) {
+  std::array<double, kOrder> slope{};
+  for (std::size_t power = 1; power < kOrder; ++power)
+    slope[power - 1] = static_cast<double>(power) * powers[power];
+  return slope;
+}
+
+std::array<PairPowers, 4> makeProducts() {
+  std::array<PairPowers, 4> products{};
+  for (std::size_t slope = 0; slope < 4; ++slope) {
+    for (std::size_t pair = 0; pair < kPairs; ++pair) {
+      std::array<double, kOrder> first = centred(kPieces[pair % kOrder]);
+      std::array<double, kOrder> second = centred(kPieces[pair / kOrder]);
+      if (slope == kFirst || slope == kBoth) first = slopeOf(first);
+      if (slope == kSecond || slope == kBoth) second = slopeOf(second);
+      for (std::size_t one = 0; one < kOrder; ++one)
+        for (std::size_t other = 0; other < kOrder; ++other)
+          products[slope][pair][one + other] += first[one] * second[other];
     }
   }
-}
-
-Products gradientProducts(const Vec3& cellSize, std::span<const CellBox> inside) {
-  Gradients mean = Gradients::Zero();
-  double volume = 0.0;
-  forEachPoint(cellSize, inside, [&](const Vec3& at, double weight) {
-    mean += weight * gradientsAt(at, cellSize);
-    volume += weight;
-  });
-  mean /= volume;
-  Products products = Products::Zero();
-  forEachPoint(cellSize, inside, [&](const Vec3& at, double weight) {
-    Gradients gradients = gradientsAt(at, cellSize);
-    gradients.rightCols<3>() -= mean.rightCols<3>();
-    const Eigen::Map<const Eigen::Matrix<double, 3 * kFunctions, 1>> flat(gradients.data());
-    products += weight * flat * flat.transpose();
-  });
   return products;
 }
 
-// Stiffness from the strain energy lambda / 2 (tr e)^2 + mu e:e, with Lame's constants.
-Products stiffnessOf(const Products& products, const Material& material) {
-  const double nu = material.poissonsRatio;
-  const double mu = material.youngsModulus / (2.0 * (1.0 + nu));
-  const double lambda = 2.0 * mu * nu / (1.0 - 2.0 * nu);
-  Products stiffness;
-  for (Eigen::Index row = 0; row < kFunctions; ++row) {
-    for (Eigen::Index column = 0; column < kFunctions; ++column) {
-      const Eigen::Matrix3d product = products.block<3, 3>(3 * row, 3 * column);
-      stiffness.block<3, 3>(3 * row, 3 * column) =
-          lambda * product + mu * product.transpose() +
-          mu * product.trace() * Eigen::Matrix3d::Identity();
+// Integrals over a cell of products of functions and their derivatives, axis after axis.
+class PairIntegrals {
+ public:
+  explicit PairIntegrals(const CellMoments& inside) : products_(makeProducts()) {
+    for (std::size_t slope = 0; slope < 4; ++slope)
+      for (std::size_t pair = 0; pair < kPairs; ++pair)
+        for (std::size_t index = 0; index < kPowers * kPowers; ++index)
+          alongX_[slope][pair][index] =
+              dot(products_[slope][pair], &inside[index * kPowers]);
+  }
+
+  /// Calls add(first, second, integral) for all pairs of functions of the cell, where the slopes
+  /// say along which axis each is differentiated.
+  template <class Add>
+  void forEachPair(const std::array<Slope, 3>& slopes, const Add& add) const {
+    for (std::size_t x = 0; x < kPairs; ++x) {
+      for (std::size_t y = 0; y < kPairs; ++y) {
+        Powers left;
+        for (std::size_t power = 0; power < kPowers; ++power)
+          left[power] = dot(products_[slopes[1]][y], &alongX_[slopes[0]][x][power * kPowers]);
+        for (std::size_t z = 0; z < kPairs; ++z) {
+          const std::size_t first = x % kOrder + kOrder * (y % kOrder + kOrder * (z % kOrder));
+          const std::size_t second = x / kOrder + kOrder * (y / kOrder + kOrder * (z / kOrder));
+          add(static_cast<Eigen::Index>(first), static_cast<Eigen::Index>(second),
+              dot(products_[slopes[2]][z], left.data()));
+        }
+      }
     }
   }
-  return stiffness;
+
+ private:
+  static double dot(const Powers& powers, const double* moments) {
+    double sum = 0.0;
+    for (std::size_t power = 0; power < kPowers; ++power)
+      sum += powers[power] * moments[power];
+    return sum;
+  }
+
+  std::array<PairPowers, 4> products_;
+  std::array<std::array<std::array<double, kPowers * kPowers>, kPairs>, 4> alongX_;
+};
+
+// Which slopes the product of the first's derivative along one axis and the second's along another
+// takes.
+std::array<Slope, 3> slopesOf(std::size_t first, std::size_t second) {
+  std::array<Slope, 3> slopes = {kNone, kNone, kNone};
+  if (first == second) {
+    slopes[first] = kBoth;
+  } else {
+    slopes[first] = kFirst;
+    slopes[second] = kSecond;
+  }
+  return slopes;
 }
 
 }  // namespace
 
-ElementMatrices solidElement(const Vec3& cellSize, std::span<const CellBox> inside,
+Eigen::Vector4d splinesAt(double place) {
+  Eigen::Vector4d values;
+  for (std::size_t function = 0; function < kOrder; ++function) {
+    const auto& piece = kPieces[function];
+    values[static_cast<Eigen::Index>(function)] =
+        piece[0] + place * (piece[1] + place * (piece[2] + place * piece[3]));
+  }
+  return values;
+}
+
+ElementMatrices solidElement(const Vec3& cellSize, const CellMoments& inside,
                              const Material& material) {
-  static constexpr int kOuter = 3 * kNodes;
-  const std::array<CellBox, 1> whole;
-  if (inside.empty()) inside = whole;
-  const Products full = stiffnessOf(gradientProducts(cellSize, inside), material);
-  const Eigen::Matrix<double, 9, kOuter> coupling = full.bottomLeftCorner<9, kOuter>();
-  const Eigen::Matrix<double, 9, 9> inner = full.bottomRightCorner<9, 9>();
+  const double nu = material.poissonsRatio;
+  const double mu = material.youngsModulus / (2.0 * (1.0 + nu));
+  const double lambda = 2.0 * mu * nu / (1.0 - 2.0 * nu);
+  const double part = cellSize.prod() / 8.0;
+  const PairIntegrals integrals(inside);
   ElementMatrices matrices;
-  matrices.stiffness =
-      full.topLeftCorner<kOuter, kOuter>() - coupling.transpose() * inner.llt().solve(coupling);
-  matrices.mass.setZero();
-  forEachPoint(cellSize, inside, [&](const Vec3& at, double weight) {
-    const Shapes shapes = shapesAt(at);
-    matrices.mass += material.density * weight * shapes * shapes.transpose();
-  });
+  matrices.mass.resize(kCellFunctions, kCellFunctions);
+  matrices.stiffness.setZero(3 * kCellFunctions, 3 * kCellFunctions);
+  integrals.forEachPair({kNone, kNone, kNone},
+                        [&](Eigen::Index first, Eigen::Index second, double integral) {
+                          matrices.mass(first, second) = material.density * part * integral;
+                        });
+  matrices.pull.setZero(3 * kCellFunctions);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    std::array<Slope, 3> slopes = {kNone, kNone, kNone};
+    slopes[axis] = kFirst;
+    const auto along = static_cast<Eigen::Index>(axis);
+    const double scale = 2.0 / cellSize[along] * part;
+    // The second functions of the pairs have the sum 1.
+    integrals.forEachPair(slopes, [&](Eigen::Index first, Eigen::Index, double integral) {
+      matrices.pull[3 * first + along] += scale * integral;
+    });
+  }
+  // The strain energy is lambda / 2 (tr e)^2 + mu e:e, with Lame's constants.
+  for (std::size_t one = 0; one < 3; ++one) {
+    for (std::size_t other = 0; other < 3; ++other) {
+      const auto row = static_cast<Eigen::Index>(one);
+      const auto column = static_cast<Eigen::Index>(other);
+      const double scale = 4.0 / (cellSize[row] * cellSize[column]) * part;
+      integrals.forEachPair(slopesOf(one, other), [&](Eigen::Index first, Eigen::Index second,
+                                                      double integral) {
+        const double product = scale * integral;
+        matrices.stiffness(3 * first + row, 3 * second + column) += lambda * product;
+        matrices.stiffness(3 * first + column, 3 * second + row) += mu * product;
+        if (one != other) return;
+        for (Eigen::Index axis = 0; axis < 3; ++axis)
+          matrices.stiffness(3 * first + axis, 3 * second + axis) += mu * product;
+      });
+    }
+  }
   return matrices;
 }
 

@@ -1,30 +1,32 @@
 #pragma once
 
-#include <span>
-
 #include <Eigen/Core>
 
 #include "carom/audio/material.h"
-#include "modal/analysis/voxel_mesh.h"
+#include "modal/analysis/cell_moments.h"
 
 namespace carom::modal {
 
-/// Stiffness and mass of one cell. Rows and columns go node by node, in the order of its corners,
-/// three for each node in the stiffness.
+/// Functions that a cell carries: products of four cubic ones along each axis, x fastest.
+inline constexpr int kCellFunctions = 64;
+
+/// Stiffness, mass and pull of one cell. Rows and columns go function by function, three for each in
+/// stiffness and pull.
 struct ElementMatrices {
-  Eigen::Matrix<double, 24, 24> stiffness;  ///< N/m, grid frame
-  Eigen::Matrix<double, 8, 8> mass;         ///< kg, the same in each direction
+  Eigen::MatrixXd stiffness;  ///< N/m, grid frame; 192 x 192
+  Eigen::MatrixXd mass;       ///< kg, the same in each direction; 64 x 64
+  /// m^2, grid frame: the forces of a pull of 1 Pa outwards on the whole surface; 192. By the
+  /// divergence theorem they are the integrals of the functions' gradients over the inside.
+  Eigen::VectorXd pull;
 };
 
-/// Returns linear, isotropic elasticity and consistent mass on a brick, integrated over those of
-/// its parts that are inside the body; over all of it if none are named.
-///
-/// Eight nodes with trilinear displacement, and the incompatible modes 1 - xi^2, 1 - eta^2,
-/// 1 - zeta^2 (Wilson, Taylor, Doherty, Ghaboussi 1973), which let a single layer bend, condensed
-/// out. Their gradients are taken less their mean over the inside (as in Taylor, Beresford, Wilson
-/// 1976), which in a whole brick is 0, so that constant strain is represented exactly in cut cells,
-/// too. All integrals are exact on the boxes given. [any thread]
-ElementMatrices solidElement(const Vec3& cellSize, std::span<const CellBox> inside,
+/// Returns the four cubic B-splines (uniform, so of unit sum) that a cell lies under, at a place
+/// along it from 0 to 1, or a little beyond.
+Eigen::Vector4d splinesAt(double place);
+
+/// Returns linear, isotropic elasticity and consistent mass of a cell whose inside has these
+/// moments, with displacements in cubic B-splines. All integrals are exact. [any thread]
+ElementMatrices solidElement(const Vec3& cellSize, const CellMoments& inside,
                              const Material& material);
 
 }  // namespace carom::modal

@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <limits>
 #include <numbers>
-#include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -21,12 +21,25 @@ namespace {
 constexpr Eigen::Index kRigidModes = 6;
 constexpr double kRigidShare = 1e-6;  // of the lowest elastic lambda; less is rounding
 
+constexpr std::size_t kFirstGrid = 1200;     // degrees of freedom
+constexpr double kGridGrowth = 2.2;          // of degrees of freedom, and of entries about as much
+constexpr double kMostEntries = 12e6;        // of the stiffness
+constexpr double kCoarserCell = 1.4;         // of a grid that a given one is compared with
+constexpr double kGridShare = 0.5;           // of what is left to do
+constexpr double kErrorOrder = 2.5;          // power of the cells' size
+constexpr double kOrderMargin = 0.5;         // less than what was seen
+constexpr double kLowestOrder = 2.0;
+constexpr double kHighestOrder = 4.5;
+constexpr double kLeastError = 5e-5;         // of the fill and of the solver
+constexpr double kFinestAccuracy = 1e-5;
+constexpr double kCoarsestAccuracy = 0.5;
+
 // The nodes that share a cell with each node, in ascending order: the rows of its columns in a
 // matrix.
 class NodeGraph {
  public:
-  explicit NodeGraph(const VoxelMesh& mesh) : neighbours_(mesh.nodes.size()) {
-    for (const VoxelCell& cell : mesh.cells)
+  explicit NodeGraph(const SplineMesh& mesh) : neighbours_(mesh.nodes.size()) {
+    for (const SplineCell& cell : mesh.cells)
       for (const std::uint32_t node : cell.nodes)
         neighbours_[node].insert(neighbours_[node].end(), cell.nodes.begin(), cell.nodes.end());
     for (std::vector<std::uint32_t>& list : neighbours_) {
@@ -73,11 +86,11 @@ class BlockMatrix {
     std::fill_n(matrix_.valuePtr(), entries, 0.0);
   }
 
-  // Adds block(row corner, column corner), a 3 x 3 matrix or a number, for all pairs of corners.
+  // Adds block(row function, column function), a 3 x 3 matrix or a number, for all pairs of a cell's functions.
   template <class Block>
-  void add(const VoxelCell& cell, const Block& block) {
-    for (std::size_t to = 0; to < 8; ++to) {
-      for (std::size_t from = 0; from < 8; ++from) {
+  void add(const SplineCell& cell, const Block& block) {
+    for (std::size_t to = 0; to < cell.nodes.size(); ++to) {
+      for (std::size_t from = 0; from < cell.nodes.size(); ++from) {
         const std::size_t rank = graph_.rank(cell.nodes[to], cell.nodes[from]);
         for (std::size_t axis = 0; axis < 3; ++axis) {
           double* const at = matrix_.valuePtr() +
@@ -102,30 +115,35 @@ class BlockMatrix {
   SparseMatrix matrix_;
 };
 
-// Turns the stiffness from the grid's frame to the body's.
+// Turns stiffness and pull from the grid's frame to the body's.
 void turn(ElementMatrices& matrices, const Eigen::Matrix3d& axes) {
-  for (int row = 0; row < 24; row += 3)
-    for (int column = 0; column < 24; column += 3)
+  for (Eigen::Index row = 0; row < matrices.stiffness.rows(); row += 3)
+    for (Eigen::Index column = 0; column < matrices.stiffness.cols(); column += 3)
       matrices.stiffness.block<3, 3>(row, column) =
           (axes * matrices.stiffness.block<3, 3>(row, column) * axes.transpose()).eval();
+  for (Eigen::Index row = 0; row < matrices.pull.size(); row += 3)
+    matrices.pull.segment<3>(row) = (axes * matrices.pull.segment<3>(row)).eval();
 }
 
 void assemble(SolidSystem& system, const Material& material) {
-  const VoxelMesh& grid = system.grid;
+  const SplineMesh& grid = system.grid;
   const NodeGraph graph(grid);
   BlockMatrix stiffness(graph, false);
   BlockMatrix mass(graph, true);
-  const auto elementOn = [&](std::span<const CellBox> inside) {
+  const auto elementOn = [&](const CellMoments& inside) {
     ElementMatrices matrices = solidElement(grid.cellSize, inside, material);
     if (!grid.axes.isIdentity(0.0)) turn(matrices, grid.axes);
     return matrices;
   };
-  const ElementMatrices whole = elementOn({});
+  system.pull.setZero(3 * std::ssize(grid.nodes));
+  const ElementMatrices whole = elementOn(momentsOf(-Vec3::Ones(), Vec3::Ones()));
   ElementMatrices cut;
-  for (const VoxelCell& cell : grid.cells) {
-    if (cell.boxCount > 0)
-      cut = elementOn(std::span(grid.boxes).subspan(cell.firstBox, cell.boxCount));
-    const ElementMatrices& matrices = cell.boxCount > 0 ? cut : whole;
+  for (const SplineCell& cell : grid.cells) {
+    if (cell.moments >= 0) cut = elementOn(grid.moments[static_cast<std::size_t>(cell.moments)]);
+    const ElementMatrices& matrices = cell.moments >= 0 ? cut : whole;
+    for (std::size_t function = 0; function < cell.nodes.size(); ++function)
+      system.pull.segment<3>(3 * static_cast<Eigen::Index>(cell.nodes[function])) +=
+          matrices.pull.segment<3>(3 * static_cast<Eigen::Index>(function));
     stiffness.add(cell, [&](std::size_t row, std::size_t column, std::size_t y, std::size_t x) {
       return matrices.stiffness(static_cast<Eigen::Index>(3 * row + y),
                                 static_cast<Eigen::Index>(3 * column + x));
@@ -160,93 +178,184 @@ ModalModel rigidPart(const SurfaceMesh& surface, const Material& material,
   return model;
 }
 
-/// Calls share(row of the vertex, row of the node, weight) for the nodes that a vertex moves with.
-template <class Share>
-void eachShare(const VoxelMesh& grid, const std::vector<Vec3>& vertices, const Share& share) {
+Eigen::MatrixXd shapesAtVertices(const SplineMesh& grid, const std::vector<Vec3>& vertices,
+                                 const Eigen::MatrixXd& vectors) {
+  Eigen::MatrixXd shapes = Eigen::MatrixXd::Zero(3 * std::ssize(vertices), vectors.cols());
   Eigen::Index row = 0;
   for (const Vec3& vertex : vertices) {
     const CellPoint point = locate(grid, vertex);
-    for (std::size_t corner = 0; corner < 8; ++corner) {
-      const auto node = static_cast<Eigen::Index>(grid.cells[point.cell].nodes[corner]);
-      share(row, 3 * node, point.weights[corner]);
+    for (std::size_t function = 0; function < point.weights.size(); ++function) {
+      const auto node = static_cast<Eigen::Index>(grid.cells[point.cell].nodes[function]);
+      shapes.middleRows<3>(row) += point.weights[function] * vectors.middleRows<3>(3 * node);
     }
     row += 3;
   }
-}
-
-Eigen::MatrixXd shapesAtVertices(const VoxelMesh& grid, const std::vector<Vec3>& vertices,
-                                 const Eigen::MatrixXd& vectors) {
-  Eigen::MatrixXd shapes = Eigen::MatrixXd::Zero(3 * std::ssize(vertices), vectors.cols());
-  eachShare(grid, vertices, [&](Eigen::Index vertex, Eigen::Index node, double weight) {
-    shapes.middleRows<3>(vertex) += weight * vectors.middleRows<3>(node);
-  });
   return shapes;
 }
 
-/// Returns the forces on the nodes of forces on the vertices.
-Eigen::VectorXd loadOnNodes(const VoxelMesh& grid, const std::vector<Vec3>& vertices,
-                            const Eigen::VectorXd& load) {
-  Eigen::VectorXd onNodes = Eigen::VectorXd::Zero(3 * std::ssize(grid.nodes));
-  eachShare(grid, vertices, [&](Eigen::Index vertex, Eigen::Index node, double weight) {
-    onNodes.segment<3>(node) += weight * load.segment<3>(vertex);
-  });
-  return onNodes;
+SolidAnalysis analysisOf(const SurfaceMesh& surface, const Material& material,
+                         const SolidSystem& system, const EigenSolution& solution,
+                         const Eigen::VectorXd& errors) {
+  SolidAnalysis analysis;
+  analysis.model = rigidPart(surface, material, system);
+  const Eigen::Index found = solution.lambda.size();
+  const double rigidBelow = found > kRigidModes ? kRigidShare * solution.lambda[kRigidModes]
+                                                : std::numeric_limits<double>::infinity();
+  const EigenModes modes{solution.lambda,
+                         shapesAtVertices(system.grid, surface.vertices, solution.vectors), errors};
+  keepAudibleModes(analysis.model, modes, rigidBelow);
+  if (solution.displacement.size() > 0) {
+    const Eigen::VectorXd& moved = solution.displacement;
+    keepResidual(analysis.model, modes,
+                 {.displacement = shapesAtVertices(system.grid, surface.vertices, moved),
+                  .shift = solution.shift,
+                  .massMoment = moved.dot(system.mass * moved),
+                  .hasRigidModes = true,
+                  .pulls = solution.vectors.transpose() * system.pull},
+                 rigidBelow);
+  }
+  analysis.degreesOfFreedom = 3 * system.grid.nodes.size();
+  analysis.cellSize = system.grid.cellSize;
+  analysis.modesBeyond = solution.below.value_or(found) - found;
+  analysis.counted = solution.counted;
+  analysis.solves = solution.solves;
+  return analysis;
 }
+
+// Solves a body on finer and finer grids, and takes each frequency's error from its change.
+class Refinement {
+ public:
+  Refinement(const SolidSurface& surface, const Material& material, const SolidSettings& settings,
+             const Progress& progress)
+      : surface_(surface), material_(material), settings_(settings), progress_(progress) {}
+
+  Result<SolidAnalysis> run() {
+    if (settings_.grid.cellSize || settings_.grid.degreesOfFreedom) return runOnGrid();
+    std::size_t freedom = kFirstGrid;
+    for (;;) {
+      Result<SolidSystem> system =
+          solidSystem(surface_.body, material_, {.degreesOfFreedom = freedom, .cellSize = {}});
+      if (!system) return system.error();
+      const double growth = static_cast<double>(system->stiffness.nonZeros()) * kGridGrowth;
+      const bool isLast = growth > kMostEntries;
+      if (const Status solved = solve(*system); !solved) return solved.error();
+      if (isLast || (grids_ > 1 && worstError() <= settings_.accuracy)) {
+        SolidAnalysis analysis = analysisOf(surface_.shapes, material_, *system, solution_, errors_);
+        analysis.grids = grids_;
+        analysis.reachedAccuracy = worstError() <= settings_.accuracy;
+        return analysis;
+      }
+      freedom = static_cast<std::size_t>(kGridGrowth * static_cast<double>(freedom));
+    }
+  }
+
+ private:
+  Result<SolidAnalysis> runOnGrid() {
+    const Result<SolidSystem> system = solidSystem(surface_.body, material_, settings_.grid);
+    if (!system) return system.error();
+    const double size = system->grid.cellSize.maxCoeff();
+    const Result<SolidSystem> coarser = solidSystem(
+        surface_.body, material_, {.degreesOfFreedom = {}, .cellSize = kCoarserCell * size});
+    if (coarser && coarser->grid.count != system->grid.count)
+      if (const Status solved = solve(*coarser); !solved) return solved.error();
+    if (const Status solved = solve(*system); !solved) return solved.error();
+    SolidAnalysis analysis = analysisOf(surface_.shapes, material_, *system, solution_, errors_);
+    analysis.grids = grids_;
+    return analysis;
+  }
+
+  // Finds the modes on a grid, and their errors if there was another before.
+  Status solve(const SolidSystem& system) {
+    const double highest = 2.0 * std::numbers::pi * kHighestMode;
+    EigenSettings sought;
+    sought.modes =
+        std::min<Eigen::Index>(kRigidModes + settings_.maxModes, system.stiffness.rows() / 2);
+    sought.highest = highest * highest;
+    sought.load = system.pull;
+    // How many grids follow is not known; the next one takes longer than all before.
+    const double begun = done_;
+    done_ += kGridShare * (1.0 - begun);
+    Progress part;
+    if (progress_)
+      part = [this, begun](std::string_view stage, double share) {
+        return progress_(stage, begun + share * (done_ - begun));
+      };
+    Result<EigenSolution> solution = lowestModes(system.stiffness, system.mass, sought, part);
+    if (!solution) return solution.error();
+    const double size = std::cbrt(system.grid.cellSize.prod());
+    errors_ = Eigen::VectorXd::Constant(solution->lambda.size(), grids_ > 0 ? 1.0 : 0.0);
+    const double ratio = cellSize_ / size;
+    Eigen::VectorXd changes = Eigen::VectorXd::Zero(solution->lambda.size());
+    for (Eigen::Index mode = kRigidModes; mode < changes.size() && ratio > 1.0; ++mode) {
+      const double lambda = solution->lambda[mode];
+      // A mode that the grid before did not have lay above the band there.
+      changes[mode] = mode < solution_.lambda.size()
+                          ? std::abs(std::sqrt(solution_.lambda[mode] / lambda) - 1.0)
+                          : std::max(changes[mode - 1], highest / std::sqrt(lambda) - 1.0);
+      const double order = orderOf(mode, changes[mode], ratio);
+      errors_[mode] = std::min(changes[mode] / (std::pow(ratio, order) - 1.0) + kLeastError, 1.0);
+    }
+    changes_ = std::move(changes);
+    solution_ = *std::move(solution);
+    cellSize_ = size;
+    ++grids_;
+    return std::monostate{};
+  }
+
+  // Returns the power of the cells' size with which a mode's error falls: as its last two changes
+  // have it, less a margin; kErrorOrder, where there is one change only.
+  double orderOf(Eigen::Index mode, double change, double ratio) const {
+    if (grids_ < 2 || mode >= changes_.size() || !(change > 0.0)) return kErrorOrder;
+    const double seen = std::log(changes_[mode] / change) / std::log(ratio);
+    return std::clamp(seen - kOrderMargin, kLowestOrder, kHighestOrder);
+  }
+
+  // Returns the largest error of an audible mode.
+  double worstError() const {
+    double worst = grids_ > 1 ? 0.0 : 1.0;
+    const double highest = 2.0 * std::numbers::pi * kHighestMode;
+    for (Eigen::Index mode = kRigidModes; mode < solution_.lambda.size(); ++mode)
+      if (solution_.lambda[mode] <= highest * highest) worst = std::max(worst, errors_[mode]);
+    return worst;
+  }
+
+  const SolidSurface& surface_;
+  const Material& material_;
+  const SolidSettings& settings_;
+  const Progress& progress_;
+  EigenSolution solution_;
+  Eigen::VectorXd errors_;   // of its frequencies, relative; 0 where none are known
+  Eigen::VectorXd changes_;  // of its frequencies since the grid before, relative
+  double cellSize_ = 0.0;   // m, of its grid
+  double done_ = 0.0;       // share of the work
+  std::size_t grids_ = 0;
+};
 
 }  // namespace
 
 Result<SolidSystem> solidSystem(const SurfaceMesh& surface, const Material& material,
-                                const VoxelSettings& settings) {
+                                const GridSettings& settings) {
   if (const Status valid = validate(material); !valid)
     return Error{"material '" + material.name + "': " + valid.error().message};
-  Result<VoxelMesh> grid = voxelMesh(surface, settings);
+  Result<SplineMesh> grid = splineMesh(surface, settings);
   if (!grid) return grid.error();
-  SolidSystem system{*std::move(grid), {}, {}};
-  const double scale = system.grid.volume / system.grid.sampled;
-  Material scaled = material;
-  scaled.density *= scale;
-  scaled.youngsModulus *= scale;
-  assemble(system, scaled);
+  SolidSystem system{*std::move(grid), {}, {}, {}};
+  assemble(system, material);
   return system;
+}
+
+Result<SolidAnalysis> analyseSolid(const SolidSurface& surface, const Material& material,
+                                   const SolidSettings& settings, const Progress& progress) {
+  if (settings.maxModes < 1) return Error{"at least 1 mode must be asked for"};
+  if (!(settings.accuracy >= kFinestAccuracy && settings.accuracy <= kCoarsestAccuracy))
+    return Error{"accuracy must be from 0.00001 to 0.5"};
+  if (progress && !progress("grid", 0.0)) return Error{kCancelled};
+  return Refinement(surface, material, settings, progress).run();
 }
 
 Result<SolidAnalysis> analyseSolid(const SurfaceMesh& surface, const Material& material,
                                    const SolidSettings& settings, const Progress& progress) {
-  if (settings.maxModes < 1) return Error{"at least 1 mode must be asked for"};
-  if (progress && !progress("grid", 0.0)) return Error{kCancelled};
-  const Result<SolidSystem> system = solidSystem(surface, material, settings.grid);
-  if (!system) return system.error();
-  const double highest = 2.0 * std::numbers::pi * kHighestMode;
-  EigenSettings sought;
-  sought.modes = kRigidModes + settings.maxModes;
-  sought.highest = highest * highest;
-  sought.load = loadOnNodes(system->grid, surface.vertices, outwardLoad(surface));
-  const Result<EigenSolution> solution =
-      lowestModes(system->stiffness, system->mass, sought, progress);
-  if (!solution) return solution.error();
-  SolidAnalysis analysis;
-  analysis.model = rigidPart(surface, material, *system);
-  const Eigen::Index found = solution->lambda.size();
-  const double rigidBelow = found > kRigidModes ? kRigidShare * solution->lambda[kRigidModes]
-                                                : std::numeric_limits<double>::infinity();
-  const EigenModes modes{solution->lambda,
-                         shapesAtVertices(system->grid, surface.vertices, solution->vectors)};
-  keepAudibleModes(analysis.model, modes, rigidBelow);
-  if (solution->displacement.size() > 0) {
-    const Eigen::VectorXd& moved = solution->displacement;
-    keepResidual(analysis.model, modes,
-                 {.displacement = shapesAtVertices(system->grid, surface.vertices, moved),
-                  .shift = solution->shift,
-                  .massMoment = moved.dot(system->mass * moved),
-                  .hasRigidModes = true},
-                 rigidBelow);
-  }
-  analysis.degreesOfFreedom = 3 * system->grid.nodes.size();
-  analysis.cellSize = system->grid.cellSize;
-  analysis.modesBeyond = solution->below.value_or(found) - found;
-  analysis.counted = solution->counted;
-  analysis.solves = solution->solves;
-  return analysis;
+  return analyseSolid({.body = surface, .shapes = surface}, material, settings, progress);
 }
 
 Result<ModalModel> solidModalModel(const SurfaceMesh& surface, const Material& material,

@@ -20,15 +20,18 @@ using namespace modal;
 namespace {
 
 /// Raised whenever anything in modal/ gives other numbers than before.
-constexpr std::uint64_t kAnalysisVersion = 3;
+constexpr std::uint64_t kAnalysisVersion = 4;
+
+/// Vertices of a body's surface, beyond which it is simplified before it is put on a grid.
+constexpr std::size_t kMostBodyVertices = 30000;
 
 /// Rough share of the modes in the time of an analysis; radiation takes the rest.
 constexpr double kOfModes = 0.3;
 
 void addSolid(ModelKey& key, const SolidSettings& solid) {
-  key.add(std::uint64_t{solid.grid.degreesOfFreedom})
+  key.add(solid.accuracy)
+      .add(std::uint64_t{solid.grid.degreesOfFreedom.value_or(0)})
       .add(solid.grid.cellSize.value_or(0.0))
-      .add(static_cast<std::uint64_t>(solid.grid.rows))
       .add(static_cast<std::uint64_t>(solid.maxModes));
 }
 
@@ -91,12 +94,20 @@ Result<MeshAnalysis> analyseAsSolid(const SurfaceMesh& surface, const Material& 
   if (const Status solid = needSolid(checkMesh(surface)); !solid) return solid.error();
   const Result<SurfaceMesh> fine = detailed(surface, settings);
   if (!fine) return fine.error();
-  Result<SolidAnalysis> found = analyseSolid(*fine, material, settings.solid, progress);
+  // The body keeps more of its detail than its shapes: a thin wall's thickness is in it.
+  const bool isDense = surface.vertices.size() > kMostBodyVertices;
+  const Result<SurfaceMesh> simpler =
+      isDense ? simplified(surface, kMostBodyVertices) : Result<SurfaceMesh>(SurfaceMesh{});
+  if (!simpler) return simpler.error();
+  Result<SolidAnalysis> found =
+      analyseSolid({.body = isDense ? *simpler : surface, .shapes = *fine}, material,
+                   settings.solid, progress);
   if (!found) return found.error();
   MeshAnalysis analysis;
   analysis.model = std::move(found->model);
   analysis.model.leftOut.above += static_cast<std::uint32_t>(found->modesBeyond);
   analysis.degreesOfFreedom = found->degreesOfFreedom;
+  analysis.reachedAccuracy = found->reachedAccuracy;
   return analysis;
 }
 

@@ -40,7 +40,8 @@ ModelKey& ModelKey::add(std::string_view text) {
 ModelKey& ModelKey::add(const Material& material) {
   add(std::string_view(material.name)).add(material.density).add(material.youngsModulus);
   add(material.poissonsRatio).add(material.restitution);
-  return add(material.dampingAlpha).add(material.dampingBeta);
+  add(material.dampingAlpha).add(material.dampingBeta);
+  return add(material.lossFactor).add(material.lossExponent);
 }
 
 ModelKey& ModelKey::add(const SurfaceMesh& mesh) {

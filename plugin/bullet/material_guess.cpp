@@ -23,7 +23,9 @@ Material mixed(const Material& lighter, const Material& heavier, double share) {
   material.poissonsRatio = linear(lighter.poissonsRatio, heavier.poissonsRatio);
   material.restitution = linear(lighter.restitution, heavier.restitution);
   material.dampingAlpha = linear(lighter.dampingAlpha, heavier.dampingAlpha);
-  material.dampingBeta = between(lighter.dampingBeta, heavier.dampingBeta, share);
+  material.dampingBeta = linear(lighter.dampingBeta, heavier.dampingBeta);
+  material.lossFactor = linear(lighter.lossFactor, heavier.lossFactor);
+  material.lossExponent = linear(lighter.lossExponent, heavier.lossExponent);
   const Roughness& fine = lighter.roughness;
   const Roughness& coarse = heavier.roughness;
   material.roughness = {between(fine.rmsHeight, coarse.rmsHeight, share),

@@ -282,7 +282,9 @@ Result<Material> materialFrom(const carom_material* input) {
                   .restitution = read->restitution,
                   .dampingAlpha = read->damping_alpha,
                   .dampingBeta = read->damping_beta,
-                  .roughness = *roughness};
+                  .roughness = *roughness,
+                  .lossFactor = read->loss_factor,
+                  .lossExponent = read->loss_exponent};
 }
 
 Result<Material> materialNamed(const char* name) {
@@ -353,7 +355,9 @@ carom_material toC(const Material& material) {
           .restitution = material.restitution,
           .damping_alpha = material.dampingAlpha,
           .damping_beta = material.dampingBeta,
-          .roughness = builtInRoughness(material.name)};
+          .roughness = builtInRoughness(material.name),
+          .loss_factor = material.lossFactor,
+          .loss_exponent = material.lossExponent};
 }
 
 carom_collision toC(const SoundCollision& collision) {

@@ -29,6 +29,8 @@ constexpr NumberRange kPoissonsRatio{
 constexpr NumberRange kRestitution{.noun = "a restitution", .min = 0.0, .max = 1.0};
 constexpr NumberRange kDampingAlpha{
     .noun = "a damping in proportion to mass", .min = 0.0, .max = 1e6, .unit = "1/s"};
+constexpr NumberRange kLossFactor{.noun = "a loss factor", .min = 0.0, .max = 2.0};
+constexpr NumberRange kLossExponent{.noun = "an exponent", .min = -2.0, .max = 2.0};
 constexpr NumberRange kDampingBeta{
     .noun = "a damping in proportion to stiffness", .min = 0.0, .max = 1.0, .unit = "s"};
 
@@ -107,7 +109,8 @@ SurfaceMaterial MaterialReader::readMaterialObject(const JsonNode& node, std::st
   if (!node.expectObject("a material",
                          {"like", "density", "youngs_modulus", "poissons_ratio", "restitution",
                           "restitution_law", "restitution_speed", "friction", "rolling_friction",
-                          "pivoting_friction", "damping_alpha", "damping_beta", "roughness"})) {
+                          "pivoting_friction", "damping_alpha", "damping_beta", "loss_factor", "loss_exponent",
+                          "roughness"})) {
     return {};
   }
   const auto like = node.find("like");
@@ -123,6 +126,8 @@ SurfaceMaterial MaterialReader::readMaterialObject(const JsonNode& node, std::st
   read("restitution", kRestitution, material.restitution);
   material.dampingAlpha = node.number("damping_alpha", kDampingAlpha, material.dampingAlpha);
   material.dampingBeta = node.number("damping_beta", kDampingBeta, material.dampingBeta);
+  material.lossFactor = node.number("loss_factor", kLossFactor, material.lossFactor);
+  material.lossExponent = node.number("loss_exponent", kLossExponent, material.lossExponent);
   material.roughness = readRoughness(node, material.roughness);
   made.contact = readContactTraits(node, made.contact);
   return made;

@@ -14,7 +14,8 @@ namespace {
 
 constexpr NumberRange kThickness{.noun = "a thickness", .min = 1e-6, .max = 1e3, .unit = "metres"};
 constexpr NumberRange kDegreesOfFreedom{
-    .noun = "a number of degrees of freedom", .min = 100, .max = 1e6, .whole = true};
+    .noun = "a number of degrees of freedom", .min = 192, .max = 1e6, .whole = true};
+constexpr NumberRange kAccuracy{.noun = "an accuracy", .min = 1e-5, .max = 0.5};
 constexpr NumberRange kModeCount{.noun = "a number of modes", .min = 1, .max = 2000, .whole = true};
 constexpr TextRange kNodeName{.noun = "the name of a node", .minLength = 1, .maxLength = 1000};
 constexpr NumberRange kPanels{.noun = "a number of panels", .min = 100, .max = 5000, .whole = true};
@@ -26,20 +27,27 @@ void readShell(const JsonNode& node, MeshAnalysisSettings& analysis) {
     analysis.shell.springs = springs->choice("what springs resist", {"transverse", "axial"}) == 0
                                  ? ShellSprings::transverse
                                  : ShellSprings::axial;
-  if (const auto degrees = node.find("dofs"))
-    degrees->fail("a shell has no use for it; expected none, or \"body\": \"solid\"");
+  for (const char* key : {"dofs", "accuracy"})
+    if (const auto found = node.find(key))
+      found->fail("a shell has no use for it; expected none, or \"body\": \"solid\"");
 }
 
 void readSolid(const JsonNode& node, MeshAnalysisSettings& analysis) {
-  const auto degrees = node.number("dofs", kDegreesOfFreedom, 20000.0);
-  analysis.solid.grid.degreesOfFreedom = static_cast<std::size_t>(degrees);
+  analysis.solid.accuracy = node.number("accuracy", kAccuracy, analysis.solid.accuracy);
+  if (const auto degrees = node.find("dofs")) {
+    const double number = node.number("dofs", kDegreesOfFreedom);
+    analysis.solid.grid.degreesOfFreedom = static_cast<std::size_t>(number);
+    if (node.find("accuracy"))
+      degrees->fail("there is an accuracy as well; expected one of the two");
+  }
   for (const char* key : {"thickness", "springs"})
     if (const auto found = node.find(key))
       found->fail("a solid has no use for it; expected none, or \"body\": \"shell\"");
 }
 
 void readAnalysis(const JsonNode& node, MeshAnalysisSettings& analysis) {
-  if (!node.expectObject("modes", {"body", "thickness", "springs", "dofs", "count", "panels"}))
+  if (!node.expectObject("modes", {"body", "thickness", "springs", "dofs", "accuracy", "count",
+                                  "panels"}))
     return;
   const auto body = node.find("body");
   const bool shell = body && body->choice("a model of bodies", {"solid", "shell"}) == 1;

@@ -143,6 +143,13 @@ TEST(SolidModel, MatricesAreSymmetric) {
   }
 }
 
+// Share of the mass that the filling outside of cut cells may add.
+constexpr double kFilled = 3e-7;
+
+bool isCut(const SolidSystem& system) {
+  return !system.grid.moments.empty();
+}
+
 // The patch test: the energy is that of the body's volume, with cut cells, too; stresses balance
 // where only whole cells meet.
 TEST(SolidModel, ConstantStrainIsExact) {
@@ -155,18 +162,18 @@ TEST(SolidModel, ConstantStrainIsExact) {
   const Eigen::Matrix3d shear = strain - strain.trace() / 3.0 * Eigen::Matrix3d::Identity();
   const double density = 0.5 * bulk * std::pow(strain.trace(), 2) + mu * shear.squaredNorm();
   for (const SurfaceMesh& surface : variousBodies()) {
-    const SolidSystem system = systemOf(surface, material, 4000);
+    const SolidSystem system = systemOf(surface, material, 12000);
     const VectorXd field = linearField(system, gradient, Vec3::Zero());
     const VectorXd force = system.stiffness * field;
     const double expected = density * signedVolume(surface);
-    EXPECT_NEAR(0.5 * field.dot(force), expected, 1e-11 * expected);
+    EXPECT_NEAR(0.5 * field.dot(force), expected, (isCut(system) ? kFilled : 1e-11) * expected);
     std::vector<int> wholeAround(system.grid.nodes.size(), 0);
-    for (const VoxelCell& cell : system.grid.cells)
+    for (const SplineCell& cell : system.grid.cells)
       for (const std::uint32_t node : cell.nodes)
-        wholeAround[node] += cell.boxCount == 0 ? 1 : 0;
+        wholeAround[node] += cell.moments < 0 ? 1 : 0;
     int inner = 0;
     for (std::size_t node = 0; node < wholeAround.size(); ++node) {
-      if (wholeAround[node] < 8) continue;
+      if (wholeAround[node] < kCellFunctions) continue;
       ++inner;
       EXPECT_LT(force.segment<3>(static_cast<Index>(3 * node)).norm(), 1e-11 * force.norm());
     }
@@ -180,7 +187,7 @@ TEST(SolidModel, MassIsThatOfTheSurface) {
     const Vec3 speed(1.0, 2.0, 2.0);
     const VectorXd moving = linearField(system, Eigen::Matrix3d::Zero(), speed);
     const double mass = 2700.0 * signedVolume(surface);
-    EXPECT_NEAR(moving.dot(system.mass * moving), 9.0 * mass, 1e-11 * mass);
+    EXPECT_NEAR(moving.dot(system.mass * moving), 9.0 * mass, (isCut(system) ? 9.0 * kFilled : 1e-11) * mass);
   }
 }
 
@@ -202,7 +209,7 @@ TEST(SolidModel, ABeamBendsTwistsAndStretchesAsTheoryHasIt) {
   const double thickness = 0.01;
   const Material material = metal(0.33);
   const VectorXd found =
-      frequencies(boxMesh({0.5 * length, 0.5 * width, 0.5 * thickness}), material, 8000, 12);
+      frequencies(boxMesh({0.5 * length, 0.5 * width, 0.5 * thickness}), material, 2500, 12);
   const double waveSpeed = std::sqrt(material.youngsModulus / material.density);
   const double unit = waveSpeed * thickness / (std::sqrt(12.0) * 2.0 * kPi * length * length);
   EXPECT_NEAR(found[0], 22.373 * unit, 0.005 * found[0]);
@@ -224,7 +231,7 @@ TEST(SolidModel, ASquarePlateRingsAsLeissaHasIt) {
   const double thickness = 0.002;
   const Material material = metal(0.3);
   const VectorXd found =
-      frequencies(boxMesh({0.5 * side, 0.5 * side, 0.5 * thickness}), material, 9000, 6);
+      frequencies(boxMesh({0.5 * side, 0.5 * side, 0.5 * thickness}), material, 3000, 6);
   const double stiffness = material.youngsModulus * std::pow(thickness, 3) / (12.0 * 0.91);
   const double unit = std::sqrt(stiffness / (material.density * thickness)) / (side * side);
   const std::array<double, 6> leissa = {13.489, 19.789, 24.432, 35.024, 35.024, 61.526};
@@ -241,7 +248,7 @@ TEST(SolidModel, ASphereRingsAsLambHasIt) {
   const double radius = 0.05;
   const Material material = metal(0.25);
   const VectorXd found =
-      frequencies(ellipsoidMesh({radius, radius, radius}, 4), material, 8000, 10);
+      frequencies(ellipsoidMesh({radius, radius, radius}, 4), material, 3000, 10);
   const double shearSpeed = std::sqrt(material.youngsModulus / 2.5 / material.density);
   for (Index mode = 0; mode < 10; ++mode) {
     const double expected = (mode < 5 ? 0.7961 : 0.840) * shearSpeed / (2.0 * radius);
@@ -254,7 +261,7 @@ TEST(SolidModel, ARoundRodTwistsAndBendsThoughTheGridIsSquare) {
   const double length = 0.2;
   const double radius = 0.005;
   const Material material = metal(0.33);
-  const VectorXd found = frequencies(rod(radius, length), material, 8000, 7);
+  const VectorXd found = frequencies(rod(radius, length), material, 3000, 7);
   const double waveSpeed = std::sqrt(material.youngsModulus / material.density);
   const double bending = 22.373 * waveSpeed * 0.5 * radius / (2.0 * kPi * length * length);
   EXPECT_NEAR(found[0], bending, 0.01 * bending);
@@ -308,7 +315,7 @@ TEST(SolidModel, AModelHasTheRigidBodyOfItsSurface) {
 TEST(SolidModel, AModelOfARoundBodyHasNearlyItsInertia) {
   const SurfaceMesh surface = ellipsoidMesh({0.05, 0.03, 0.04}, 4);
   const ModalModel model = analysed(surface, metal(0.3), coarse(3000, 1)).model;
-  EXPECT_NEAR(model.mass, 2700.0 * signedVolume(surface), 1e-12 * model.mass);
+  EXPECT_NEAR(model.mass, 2700.0 * signedVolume(surface), kFilled * model.mass);
   EXPECT_LT(model.centreOfMass.norm(), 1e-4 * 0.05);
   const Vec3 expected = model.mass / 5.0 * Vec3(0.0025, 0.0041, 0.0034);
   EXPECT_LT((model.inertia - Eigen::Matrix3d(expected.asDiagonal())).norm(),

@@ -36,7 +36,7 @@ T wanted(Result<T> result) {
 }
 
 // A newton on the patch, spread evenly, at a depth (m) below it.
-VectorXd spreadOver(const modal::VoxelMesh& grid, const Patch& patch, double depth) {
+VectorXd spreadOver(const modal::SplineMesh& grid, const Patch& patch, double depth) {
   constexpr int kRings = 3;
   constexpr int kAngles = 12;
   const Vec3 side = patch.inward.unitOrthogonal();
@@ -50,10 +50,10 @@ VectorXd spreadOver(const modal::VoxelMesh& grid, const Patch& patch, double dep
       const Vec3 at = patch.centre + depth * patch.inward +
                       radius * (std::cos(angle) * side + std::sin(angle) * other);
       const modal::CellPoint point = modal::locate(grid, at);
-      for (std::size_t corner = 0; corner < 8; ++corner) {
-        const std::uint32_t node = grid.cells[point.cell].nodes[corner];
+      for (std::size_t function = 0; function < point.weights.size(); ++function) {
+        const std::uint32_t node = grid.cells[point.cell].nodes[function];
         push.segment<3>(3 * static_cast<Index>(node)) +=
-            share * point.weights[corner] * patch.inward;
+            share * point.weights[function] * patch.inward;
       }
     }
   }
@@ -61,7 +61,7 @@ VectorXd spreadOver(const modal::VoxelMesh& grid, const Patch& patch, double dep
 }
 
 // The same, all through the wall.
-VectorXd spreadThrough(const modal::VoxelMesh& grid, const Patch& patch) {
+VectorXd spreadThrough(const modal::SplineMesh& grid, const Patch& patch) {
   constexpr int kDepths = 5;
   VectorXd push = VectorXd::Zero(3 * std::ssize(grid.nodes));
   for (int layer = 0; layer < kDepths; ++layer)
@@ -148,7 +148,7 @@ class ContactLaw {
 
 PatchedBody patchedSolid(const SurfaceMesh& surface, const Material& material,
                          std::size_t degreesOfFreedom, const Patch& patch) {
-  VoxelSettings settings;
+  GridSettings settings;
   settings.degreesOfFreedom = degreesOfFreedom;
   modal::SolidSystem system = wanted(modal::solidSystem(surface, material, settings));
   PatchedBody body{.mass = system.mass,

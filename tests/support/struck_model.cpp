@@ -57,41 +57,12 @@ std::shared_ptr<const ModalModel> withVolumes(ModalModel model) {
   return std::make_shared<const ModalModel>(std::move(model));
 }
 
-// The outer surface of a grid that fills a whole box; node[i] is the grid's node of vertex i.
-struct Skin {
-  SurfaceMesh surface;
-  std::vector<std::uint32_t> node;
-};
-
-Skin skinOf(const VoxelMesh& grid) {
-  // Corners of a cell's faces at the near ends of x, y and z, seen from outside; the faces at the
-  // far ends are turned over.
-  constexpr std::array<std::array<std::size_t, 4>, 3> kFaces = {
-      {{0, 4, 6, 2}, {0, 1, 5, 4}, {0, 2, 3, 1}}};
-  Skin skin;
-  std::map<std::uint32_t, std::uint32_t> vertices;
-  const auto vertexOf = [&](std::uint32_t node) {
-    const auto next = static_cast<std::uint32_t>(skin.node.size());
-    const auto [found, fresh] = vertices.try_emplace(node, next);
-    if (fresh) skin.node.push_back(node);
-    return found->second;
-  };
-  for (const VoxelCell& cell : grid.cells) {
-    for (std::size_t face = 0; face < 6; ++face) {
-      const std::size_t axis = face / 2;
-      const bool far = face % 2 == 1;
-      if (cell.place[axis] != (far ? grid.count[axis] - 1 : 0)) continue;
-      std::array<std::uint32_t, 4> corners{};
-      for (std::size_t corner = 0; corner < 4; ++corner)
-        corners[corner] = vertexOf(cell.nodes[kFaces[axis][corner] + (far ? 1U << axis : 0U)]);
-      if (far) std::swap(corners[1], corners[3]);
-      skin.surface.triangles.push_back({corners[0], corners[1], corners[2]});
-      skin.surface.triangles.push_back({corners[0], corners[2], corners[3]});
-    }
-  }
-  for (const std::uint32_t node : skin.node)
-    skin.surface.vertices.push_back(grid.nodes[node]);
-  return skin;
+// Returns forces on the nodes of a grid that are forces on a point of the body.
+void addForce(Eigen::VectorXd& forces, const SplineMesh& grid, const Vec3& at, const Vec3& force) {
+  const CellPoint point = locate(grid, at);
+  for (std::size_t function = 0; function < point.weights.size(); ++function)
+    forces.segment<3>(3 * static_cast<Index>(grid.cells[point.cell].nodes[function])) +=
+        point.weights[function] * force;
 }
 
 }  // namespace
@@ -138,10 +109,10 @@ StruckModel struckBox(const Vec3& half, const Material& material, std::size_t de
   SolidSettings settings;
   settings.grid.degreesOfFreedom = degreesOfFreedom;
   settings.maxModes = 2000;
-  SolidSystem system = valueOf(solidSystem(boxMesh(half), material, settings.grid));
-  const Skin skin = skinOf(system.grid);
+  const SurfaceMesh skin = splitMesh(splitMesh(splitMesh(boxMesh(half))));
+  SolidSystem system = valueOf(solidSystem(skin, material, settings.grid));
   StruckModel body;
-  body.vertex = farthest(skin.surface, side);
+  body.vertex = farthest(skin, side);
   body.inward = -Vec3::UnitZ();
   const Index rows = system.stiffness.rows();
   body.direct = {.mass = system.mass,
@@ -150,12 +121,12 @@ StruckModel struckBox(const Vec3& half, const Material& material, std::size_t de
                  .beta = material.dampingBeta,
                  .push = Eigen::VectorXd::Zero(rows),
                  .flow = Eigen::VectorXd::Zero(rows)};
-  body.direct.push.segment<3>(3 * static_cast<Index>(skin.node[body.vertex])) = body.inward;
-  const std::vector<Vec3> areas = vertexAreas(skin.surface);
+  addForce(body.direct.push, system.grid, skin.vertices[body.vertex], body.inward);
+  const std::vector<Vec3> areas = vertexAreas(skin);
   for (std::size_t vertex = 0; vertex < areas.size(); ++vertex)
-    body.direct.flow.segment<3>(3 * static_cast<Index>(skin.node[vertex])) = areas[vertex];
+    addForce(body.direct.flow, system.grid, skin.vertices[vertex], areas[vertex]);
   const double start = seconds();
-  ModalModel model = valueOf(solidModalModel(skin.surface, material, settings));
+  ModalModel model = valueOf(solidModalModel(skin, material, settings));
   body.analysisTime = seconds() - start;
   body.model = withVolumes(std::move(model));
   return body;

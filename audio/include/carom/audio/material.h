@@ -21,18 +21,24 @@ struct Roughness {
 
 /// The properties of a body's material that contact and its sound need.
 /// Valid: density > 0, Young's modulus > 0, 0 <= Poisson's ratio < 0.5, 0 <= restitution <= 1,
-/// dampingAlpha >= 0, dampingBeta >= 0, a valid roughness.
+/// dampingAlpha >= 0, dampingBeta >= 0, lossFactor from 0 to 2, lossExponent from -2 to 2, a valid
+/// roughness.
 struct Material {
   std::string name;
   double density = 0.0;        ///< kg/m^3
   double youngsModulus = 0.0;  ///< Pa
   double poissonsRatio = 0.0;  ///< 1
   double restitution = 0.0;    ///< 1, of two bodies of this material; see combinedRestitution
-  /// 1/s and s, Rayleigh damping: C = alpha M + beta K, so a mode of angular frequency w decays as
-  /// exp(-(alpha + beta w^2) t / 2). Only used for bodies that ring.
+  /// 1/s and s, Rayleigh damping: C = alpha M + beta K. Only used for bodies that ring; see
+  /// dampingRate.
   double dampingAlpha = 0.0;
   double dampingBeta = 0.0;
   Roughness roughness = {};  ///< roughness of the surface as commonly made; smooth unless given
+  /// 1, loss factor at 1 kHz of a law that is added to Rayleigh's: eta(f) = lossFactor times
+  /// (f / 1 kHz)^lossExponent. That of most solids hardly depends on frequency, an exponent of 0,
+  /// which Rayleigh's two numbers cannot follow over the audible band.
+  double lossFactor = 0.0;
+  double lossExponent = 0.0;
 
   bool operator==(const Material&) const = default;
 };
@@ -48,6 +54,11 @@ std::span<const Material> builtInMaterials();
 
 /// The built-in material of that name, or nullptr. [any thread]
 const Material* findMaterial(std::string_view name);
+
+/// Returns the rate (1/s) at which the material lets the amplitude of a mode of that frequency (Hz,
+/// above 0) decay: with w = 2 pi f, (alpha + beta w^2) / 2 by Rayleigh, and eta(f) w / 2 by the loss
+/// factor, the part of its energy that an oscillation loses in a radian. [any thread]
+double dampingRate(const Material& material, double frequency);
 
 /// Restitution of a pair: the geometric mean, so that a pair of one material has that material's
 /// own value. Bullet multiplies instead: hand it sqrt(restitution) per body and it agrees.

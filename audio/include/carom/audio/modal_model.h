@@ -43,10 +43,13 @@ struct ModeRadiation {
 /// One mode of vibration of a free body.
 struct Mode {
   double frequency = 0.0;  ///< Hz, undamped: sqrt(lambda) / (2 pi)
-  /// 1/s, amplitude falls as exp(-decayRate t): what the material takes, (alpha + beta lambda) / 2,
-  /// and ModeRadiation::decayRate.
+  /// 1/s, amplitude falls as exp(-decayRate t): what the material takes, dampingRate, and
+  /// ModeRadiation::decayRate.
   double decayRate = 0.0;
   ModeRadiation radiation;
+  /// 1, an estimate of how far the frequency may be off, relative to it, by the discretisation of
+  /// the analysis; not what the material or the mesh are off by. 0: not known.
+  double frequencyError = 0.0;
 };
 
 /// Numbers of modes that an analysis found and left out.
@@ -63,7 +66,7 @@ struct ModesLeftOut {
 /// Its frame is that of the mesh it was made from. A body's own frame has the same axes, and its
 /// origin at `centreOfMass`.
 ///
-/// Linear vibration of a body that nothing holds, with proportional (Rayleigh) damping. Shapes are
+/// Linear vibration of a body that nothing holds, with modal damping. Shapes are
 /// normalised by mass: phi^T M phi = 1. A force f at vertex v excites mode i by shape(i, v) . f.
 struct ModalModel {
   std::string name;

@@ -19,22 +19,24 @@ using Progress = std::function<bool(std::string_view stage, double fraction)>;
 /// The message of an Error after Progress has said false.
 inline constexpr const char* kCancelled = "cancelled";
 
-/// The resolution of a solid's grid.
-struct VoxelSettings {
-  /// Degrees of freedom, three for each node: the grid is made as fine as comes near this from
-  /// below.
-  std::size_t degreesOfFreedom = 20000;
+/// The resolution of a solid's grid, where it is not to be chosen by accuracy.
+struct GridSettings {
+  /// Degrees of freedom, three for each function: the grid is made as fine as comes near this from
+  /// below; at least 192, which one cell has.
+  std::optional<std::size_t> degreesOfFreedom;
   /// Longest edge of a cell in m; if it is set, degreesOfFreedom is not used.
   std::optional<double> cellSize;
-  /// Rows of samples across a cell, each way, in the cells that the surface cuts.
-  int rows = 6;
 
-  bool operator==(const VoxelSettings&) const = default;
+  bool operator==(const GridSettings&) const = default;
 };
 
 /// The settings of the analysis of a solid.
 struct SolidSettings {
-  VoxelSettings grid;
+  /// Largest relative error of the frequencies, by the analysis's own estimate
+  /// (Mode::frequencyError), 1e-5 to 0.5: the grid is refined until all modes have it, or the
+  /// effort reaches its limit (SolidAnalysis::reachedAccuracy). Not used if the grid is set.
+  double accuracy = 0.01;
+  GridSettings grid;
   std::ptrdiff_t maxModes = 60;  ///< elastic modes up to kHighestMode; the lowest are kept
 
   bool operator==(const SolidSettings&) const = default;

@@ -21,8 +21,11 @@ struct MeshAnalysis {
   ModalModel model;
   std::vector<MeshFinding> findings;  ///< on the mesh as it was given
   std::optional<std::size_t> degreesOfFreedom;
+  /// True if all frequencies of a solid are as exact as SolidSettings::accuracy asked for, by their
+  /// own estimates; false, too, where a grid was set, or a shell.
+  bool reachedAccuracy = false;
   std::optional<RadiationReport> radiation;
-  bool isFromCache = false;  ///< if true, the two above are not known
+  bool isFromCache = false;  ///< if true, the effort and the radiation's report are not known
 };
 
 /// Makes a body that rings from a mesh.
