@@ -100,8 +100,9 @@ std::string modesText(const MeshAnalysis& analysis) {
     const std::size_t count = mode.radiation.multipoles.size();
     const auto order = static_cast<int>(std::lround(std::sqrt(static_cast<double>(count)))) - 1;
     text << std::setw(6) << index + 1 << std::setw(12) << std::setprecision(2) << mode.frequency
-         << std::setw(9) << errorText(mode) << std::setw(14) << std::setprecision(3) << mode.decayRate << std::setw(11)
-         << mode.radiation.decayRate << std::setw(11) << decayTime(mode) << "   "
+         << std::setw(9) << errorText(mode) << std::setw(14) << std::setprecision(3)
+         << mode.decayRate << std::setw(11) << mode.radiation.decayRate << std::setw(11)
+         << decayTime(mode) << "   "
          << (count == 0 ? "monopole" : "multipoles to order " + std::to_string(order)) << '\n';
   }
   text << "\nleft out: " << model.leftOut.rigid << " rigid, " << model.leftOut.below

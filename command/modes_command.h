@@ -28,8 +28,8 @@ class ModesCommand {
   std::string springs_ = "transverse";
   std::string cacheFolder_;
   double scale_ = 1.0;
-  double thickness_ = 0.0;  // mm; 0: a solid
-  double accuracy_ = 1.0;         // percent
+  double thickness_ = 0.0;         // mm; 0: a solid
+  double accuracy_ = 1.0;          // percent
   double degreesOfFreedom_ = 0.0;  // 0: by accuracy
   double modes_ = 60.0;
   double panels_ = 800.0;

@@ -22,20 +22,17 @@ constexpr std::size_t kChecksumSize = sizeof(std::uint64_t);
 constexpr std::uint64_t kFirstWithRadiationDecay = 2;
 /// The version of the first files that have what is left of the series of modes.
 constexpr std::uint64_t kFirstWithResidual = 3;
-/// The version of the first files that have materials with a loss factor, and errors of frequencies.
+/// The version of the first files that have materials with a loss factor, and errors of
+/// frequencies.
 constexpr std::uint64_t kFirstWithErrors = 4;
 
-void codeBody(auto& archive, auto& model, std::uint64_t version) {
+void codeBody(auto& archive, auto& model) {
   archive.text(model.name);
   archive.text(model.material.name);
   for (auto* value : {&model.material.density, &model.material.youngsModulus,
                       &model.material.poissonsRatio, &model.material.restitution,
                       &model.material.dampingAlpha, &model.material.dampingBeta, &model.mass})
     archive.number(*value);
-  if (version >= kFirstWithErrors) {
-    archive.number(model.material.lossFactor);
-    archive.number(model.material.lossExponent);
-  }
   codeMatrix(archive, model.centreOfMass);
   codeMatrix(archive, model.inertia);
   archive.number(model.medium.density);
@@ -47,12 +44,9 @@ void codeBody(auto& archive, auto& model, std::uint64_t version) {
 
 void codeModes(auto& archive, auto& modes, std::uint64_t version) {
   const bool hasRadiationDecay = version >= kFirstWithRadiationDecay;
-  const bool hasError = version >= kFirstWithErrors;
-  const std::size_t numbers = 3U + (hasRadiationDecay ? 1U : 0U) + (hasError ? 1U : 0U);
-  archive.count(modes, numbers * sizeof(double) + sizeof(std::uint64_t));
+  archive.count(modes, (hasRadiationDecay ? 4 : 3) * sizeof(double) + sizeof(std::uint64_t));
   for (auto& mode : modes) {
     archive.number(mode.frequency);
-    if (hasError) archive.number(mode.frequencyError);
     archive.number(mode.decayRate);
     if (hasRadiationDecay) archive.number(mode.radiation.decayRate);
     archive.number(mode.radiation.volume);
@@ -73,13 +67,26 @@ void codeResidual(auto& archive, auto& model) {
   codeShapes(archive, model.residualVolumes);
 }
 
+void codeLoss(auto& archive, auto& material) {
+  archive.number(material.lossFactor);
+  archive.number(material.lossExponent);
+}
+
+void codeErrors(auto& archive, auto& modes) {
+  for (auto& mode : modes)
+    archive.number(mode.frequencyError);
+}
+
 void codeModel(auto& archive, auto& model, std::uint64_t version) {
-  archive.section("body", [&](auto& inside) { codeBody(inside, model, version); });
+  archive.section("body", [&](auto& inside) { codeBody(inside, model); });
   archive.section("surf", [&](auto& inside) { codeSurface(inside, model.surface); });
   archive.section("mode", [&](auto& inside) { codeModes(inside, model.modes, version); });
   archive.section("shap", [&](auto& inside) { codeShapes(inside, model.shapes); });
   if (version >= kFirstWithResidual)
     archive.section("resi", [&](auto& inside) { codeResidual(inside, model); });
+  if (version < kFirstWithErrors) return;
+  archive.section("loss", [&](auto& inside) { codeLoss(inside, model.material); });
+  archive.section("errs", [&](auto& inside) { codeErrors(inside, model.modes); });
 }
 
 std::uint64_t unsignedAt(std::span<const std::byte> bytes, std::size_t at, std::size_t size) {

@@ -19,10 +19,9 @@ Status validate(const Material& material) {
     return Error{"damping alpha must be at least 0 (1/s)"};
   if (!(material.dampingBeta >= 0.0) || std::isinf(material.dampingBeta))
     return Error{"damping beta must be at least 0 (s)"};
- if (!(material.lossFactor >= 0.0 && material.lossFactor <= 2.0))
+  if (!(material.lossFactor >= 0.0 && material.lossFactor <= 2.0))
     return Error{"loss factor must be from 0 to 2"};
-  if (!(std::abs(material.lossExponent) <= 2.0))
-    return Error{"loss exponent must be from -2 to 2"};
+  if (!(std::abs(material.lossExponent) <= 2.0)) return Error{"loss exponent must be from -2 to 2"};
   if (const Status valid = validate(material.roughness); !valid)
     return Error{"roughness: " + valid.error().message};
   return std::monostate{};

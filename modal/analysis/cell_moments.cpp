@@ -13,8 +13,8 @@ constexpr std::size_t kPowers = kMomentPowers;
 constexpr std::size_t kColumnMoments = kPowers * kPowers;
 /// Degree of what is integrated over a piece of the surface: 7 in x, 6 in y and 6 in z.
 constexpr double kDegree = 19.0;
-constexpr std::size_t kMostPoints = 11;       // of Gauss's rule each way: exact
-constexpr double kQuadratureError = 1e-11;    // relative, allowed for small pieces
+constexpr std::size_t kMostPoints = 11;     // of Gauss's rule each way: exact
+constexpr double kQuadratureError = 1e-11;  // relative, allowed for small pieces
 
 // A triangle that up to six planes have cut.
 struct Polygon {
@@ -138,8 +138,8 @@ class GaussRules {
   const GaussRule& forPiece(const std::array<Vec3, 3>& corners) const {
     double extent = 0.0;
     for (std::size_t side = 0; side < 3; ++side)
-      extent = std::max(extent,
-                        (corners[side] - corners[(side + 1) % 3]).lpNorm<Eigen::Infinity>());
+      extent =
+          std::max(extent, (corners[side] - corners[(side + 1) % 3]).lpNorm<Eigen::Infinity>());
     double error = 1.0;
     for (std::size_t points = 1; points < kMostPoints; ++points) {
       const double turn = kDegree * extent / 8.0;
@@ -170,8 +170,8 @@ void addPiece(PieceMoments& moments, const std::array<Vec3, 3>& corners, const G
   for (std::size_t out = 0; out < rule.points; ++out) {
     for (std::size_t side = 0; side < rule.points; ++side) {
       const double far = rule.at[out];
-      const Vec3 at = corners[0] + far * (corners[1] - corners[0] +
-                                          rule.at[side] * (corners[2] - corners[1]));
+      const Vec3 at =
+          corners[0] + far * (corners[1] - corners[0] + rule.at[side] * (corners[2] - corners[1]));
       const double weight = across * far * rule.weight[out] * rule.weight[side];
       double power = 1.0;
       for (std::size_t a = 0; a < kPowers; ++a) {
@@ -239,8 +239,9 @@ GridFilling fillingOf(const GridSurface& surface) {
     std::vector<double>& near = filling.nearFace[axis];
     near.assign(cells, 0.0);
     std::array<int, 3> last = {count[0] - 1, count[1] - 1, count[2] - 1};
-    const std::size_t stride = axis == 0 ? 1 : axis == 1 ? indexOf(count, {0, 1, 0})
-                                                         : indexOf(count, {0, 0, 1});
+    const std::size_t stride = axis == 0   ? 1
+                               : axis == 1 ? indexOf(count, {0, 1, 0})
+                                           : indexOf(count, {0, 0, 1});
     std::array<int, 3> place{};
     const auto first = (axis + 1) % 3;
     const auto second = (axis + 2) % 3;

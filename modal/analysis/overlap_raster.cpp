@@ -10,9 +10,9 @@
 namespace carom::modal {
 namespace {
 
-constexpr int kRows = 8;          // of rays across a cell, each way
-constexpr int kFewestRays = 60;   // across the body, where windings are counted
-constexpr double kSnap = 1e-9;    // share of a cell; surfaces nearer to a face lie on it
+constexpr int kRows = 8;         // of rays across a cell, each way
+constexpr int kFewestRays = 60;  // across the body, where windings are counted
+constexpr double kSnap = 1e-9;   // share of a cell; surfaces nearer to a face lie on it
 // Shift of the rays, in rows, so that they pass beside the vertices and edges of grids and boxes.
 constexpr double kGridShift = 1.37e-6;
 
@@ -173,8 +173,7 @@ GridFilling unionFilling(const GridSurface& surface) {
 }
 
 std::vector<CellMoments> unionMoments(const GridSurface& surface,
-                                      const std::vector<std::int32_t>& wanted,
-                                      std::size_t number) {
+                                      const std::vector<std::int32_t>& wanted, std::size_t number) {
   std::vector<CellMoments> moments(number, CellMoments{});
   const auto add = [&](const std::array<int, 3>& place, const CellBox& box) {
     const std::int32_t at = wanted[indexOf(surface.count, place)];

@@ -13,8 +13,8 @@ constexpr std::size_t kPairs = kOrder * kOrder;
 constexpr std::size_t kPowers = kMomentPowers;
 
 using Powers = std::array<double, kPowers>;
-/// Products of two functions or their derivatives along an axis, by powers of the coordinate from -1
-/// to 1, at first + 4 second.
+/// Products of two functions or their derivatives along an axis, by powers of the coordinate from
+/// -1 to 1, at first + 4 second.
 using PairPowers = std::array<Powers, kPairs>;
 
 /// Which of the two factors of a product are derivatives.
@@ -70,8 +70,7 @@ class PairIntegrals {
     for (std::size_t slope = 0; slope < 4; ++slope)
       for (std::size_t pair = 0; pair < kPairs; ++pair)
         for (std::size_t index = 0; index < kPowers * kPowers; ++index)
-          alongX_[slope][pair][index] =
-              dot(products_[slope][pair], &inside[index * kPowers]);
+          alongX_[slope][pair][index] = dot(products_[slope][pair], &inside[index * kPowers]);
   }
 
   /// Calls add(first, second, integral) for all pairs of functions of the cell, where the slopes
@@ -161,15 +160,15 @@ ElementMatrices solidElement(const Vec3& cellSize, const CellMoments& inside,
       const auto row = static_cast<Eigen::Index>(one);
       const auto column = static_cast<Eigen::Index>(other);
       const double scale = 4.0 / (cellSize[row] * cellSize[column]) * part;
-      integrals.forEachPair(slopesOf(one, other), [&](Eigen::Index first, Eigen::Index second,
-                                                      double integral) {
-        const double product = scale * integral;
-        matrices.stiffness(3 * first + row, 3 * second + column) += lambda * product;
-        matrices.stiffness(3 * first + column, 3 * second + row) += mu * product;
-        if (one != other) return;
-        for (Eigen::Index axis = 0; axis < 3; ++axis)
-          matrices.stiffness(3 * first + axis, 3 * second + axis) += mu * product;
-      });
+      integrals.forEachPair(
+          slopesOf(one, other), [&](Eigen::Index first, Eigen::Index second, double integral) {
+            const double product = scale * integral;
+            matrices.stiffness(3 * first + row, 3 * second + column) += lambda * product;
+            matrices.stiffness(3 * first + column, 3 * second + row) += mu * product;
+            if (one != other) return;
+            for (Eigen::Index axis = 0; axis < 3; ++axis)
+              matrices.stiffness(3 * first + axis, 3 * second + axis) += mu * product;
+          });
     }
   }
   return matrices;

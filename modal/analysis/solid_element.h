@@ -10,8 +10,8 @@ namespace carom::modal {
 /// Functions that a cell carries: products of four cubic ones along each axis, x fastest.
 inline constexpr int kCellFunctions = 64;
 
-/// Stiffness, mass and pull of one cell. Rows and columns go function by function, three for each in
-/// stiffness and pull.
+/// Stiffness, mass and pull of one cell. Rows and columns go function by function, three for each
+/// in stiffness and pull.
 struct ElementMatrices {
   Eigen::MatrixXd stiffness;  ///< N/m, grid frame; 192 x 192
   Eigen::MatrixXd mass;       ///< kg, the same in each direction; 64 x 64

@@ -21,16 +21,16 @@ namespace {
 constexpr Eigen::Index kRigidModes = 6;
 constexpr double kRigidShare = 1e-6;  // of the lowest elastic lambda; less is rounding
 
-constexpr std::size_t kFirstGrid = 1200;     // degrees of freedom
-constexpr double kGridGrowth = 2.2;          // of degrees of freedom, and of entries about as much
-constexpr double kMostEntries = 12e6;        // of the stiffness
-constexpr double kCoarserCell = 1.4;         // of a grid that a given one is compared with
-constexpr double kGridShare = 0.5;           // of what is left to do
-constexpr double kErrorOrder = 2.5;          // power of the cells' size
-constexpr double kOrderMargin = 0.5;         // less than what was seen
+constexpr std::size_t kFirstGrid = 1200;  // degrees of freedom
+constexpr double kGridGrowth = 2.2;       // of degrees of freedom, and of entries about as much
+constexpr double kMostEntries = 12e6;     // of the stiffness
+constexpr double kCoarserCell = 1.4;      // of a grid that a given one is compared with
+constexpr double kGridShare = 0.5;        // of what is left to do
+constexpr double kErrorOrder = 2.5;       // power of the cells' size
+constexpr double kOrderMargin = 0.5;      // less than what was seen
 constexpr double kLowestOrder = 2.0;
 constexpr double kHighestOrder = 4.5;
-constexpr double kLeastError = 5e-5;         // of the fill and of the solver
+constexpr double kLeastError = 5e-5;  // of the fill and of the solver
 constexpr double kFinestAccuracy = 1e-5;
 constexpr double kCoarsestAccuracy = 0.5;
 
@@ -86,7 +86,8 @@ class BlockMatrix {
     std::fill_n(matrix_.valuePtr(), entries, 0.0);
   }
 
-  // Adds block(row function, column function), a 3 x 3 matrix or a number, for all pairs of a cell's functions.
+  // Adds block(row function, column function), a 3 x 3 matrix or a number, for all pairs of a
+  // cell's functions.
   template <class Block>
   void add(const SplineCell& cell, const Block& block) {
     for (std::size_t to = 0; to < cell.nodes.size(); ++to) {
@@ -240,7 +241,8 @@ class Refinement {
       const bool isLast = growth > kMostEntries;
       if (const Status solved = solve(*system); !solved) return solved.error();
       if (isLast || (grids_ > 1 && worstError() <= settings_.accuracy)) {
-        SolidAnalysis analysis = analysisOf(surface_.shapes, material_, *system, solution_, errors_);
+        SolidAnalysis analysis =
+            analysisOf(surface_.shapes, material_, *system, solution_, errors_);
         analysis.grids = grids_;
         analysis.reachedAccuracy = worstError() <= settings_.accuracy;
         return analysis;
@@ -326,8 +328,8 @@ class Refinement {
   EigenSolution solution_;
   Eigen::VectorXd errors_;   // of its frequencies, relative; 0 where none are known
   Eigen::VectorXd changes_;  // of its frequencies since the grid before, relative
-  double cellSize_ = 0.0;   // m, of its grid
-  double done_ = 0.0;       // share of the work
+  double cellSize_ = 0.0;    // m, of its grid
+  double done_ = 0.0;        // share of the work
   std::size_t grids_ = 0;
 };
 

@@ -18,7 +18,7 @@ namespace {
 constexpr double kFrameGain = 0.001;     // least share of the box's volume that turning saves
 constexpr std::size_t kFacesTried = 12;  // triangles whose own axes are tried
 constexpr double kFlattest = 5.0;
-constexpr double kFlattening = 0.25;  // cells' edges go by this power of the body's
+constexpr double kFlattening = 0.25;   // cells' edges go by this power of the body's
 constexpr double kLeastInside = 1e-6;  // share of a cell; with less inside, it is left out
 constexpr double kWhole = 1.0 - 1e-7;  // share of a cell; with more inside, it is whole
 constexpr double kLeastFace = 1e-6;    // share of a face through which cells hang together
@@ -249,8 +249,7 @@ class SplineGridder {
       mesh.volume += inside * mesh.cellSize.prod();
     }
     const auto number = static_cast<std::size_t>(cuts);
-    mesh.moments =
-        overlaps_ ? unionMoments(surface, cut, number) : momentsOf(surface, cut, number);
+    mesh.moments = overlaps_ ? unionMoments(surface, cut, number) : momentsOf(surface, cut, number);
     const CellMoments whole = momentsOf(-Vec3::Ones(), Vec3::Ones());
     for (CellMoments& moments : mesh.moments)
       for (std::size_t index = 0; index < moments.size(); ++index)
@@ -295,7 +294,8 @@ class SplineGridder {
     }
   }
 
-  // Numbers the groups of some cells that hang together by faces, in the order of their first cells.
+  // Numbers the groups of some cells that hang together by faces, in the order of their first
+  // cells.
   static std::array<std::size_t, kCellFunctions> groupsOf(const SplineMesh& mesh,
                                                           const GridFilling& filling,
                                                           std::span<const std::uint32_t> cells) {
@@ -359,10 +359,9 @@ double sizeFor(const SplineGridder& gridder, std::size_t wanted) {
   for (int step = 0; step < 10; ++step) {
     const double middle = std::sqrt(fine * coarse);
     const std::array<int, 3> count = gridder.countFor(middle);
-    const bool fits =
-        3 * productOf(functionsOf(count)) <= wanted ||
-        (static_cast<double>(productOf(count)) <= kMostCells &&
-         3 * gridder.functionsFor(count) <= wanted);
+    const bool fits = 3 * productOf(functionsOf(count)) <= wanted ||
+                      (static_cast<double>(productOf(count)) <= kMostCells &&
+                       3 * gridder.functionsFor(count) <= wanted);
     (fits ? coarse : fine) = middle;
   }
   return coarse;

@@ -29,9 +29,9 @@ struct CellPoint {
 };
 
 /// A solid on a grid of equal cells that its surface cuts where it will (finite cell method:
-/// Parvizian, Duester, Rank 2007), with displacements in cubic B-splines on that grid (as Schillinger
-/// and Rank 2011): smooth functions of four cells' width along each axis, one of them to a cell, each
-/// with a node.
+/// Parvizian, Duester, Rank 2007), with displacements in cubic B-splines on that grid (as
+/// Schillinger and Rank 2011): smooth functions of four cells' width along each axis, one of them
+/// to a cell, each with a node.
 ///
 /// The grid's frame is turned as `axes` and begins at `origin`; everything else here is in the
 /// body's frame.
@@ -58,9 +58,9 @@ struct SplineMesh {
 /// long, flat cells for a flat body.
 ///
 /// What the cells hold is exact; of bodies that overlap, it is taken along rays. Where the parts of
-/// the body under one function do not hang together through the cells, as on both sides of a slot of
-/// a cell's width, each part has a function of its own. Parts that lie nearer to each other than a
-/// cell become one, unnoticed. In a cut cell the part outside is filled by a material of a
+/// the body under one function do not hang together through the cells, as on both sides of a slot
+/// of a cell's width, each part has a function of its own. Parts that lie nearer to each other than
+/// a cell become one, unnoticed. In a cut cell the part outside is filled by a material of a
 /// ten-millionth of the stiffness and density, so that no function is left without.
 ///
 /// Errors: indices out of range, coordinates that are not finite, an open surface, no volume,

@@ -99,9 +99,8 @@ Result<MeshAnalysis> analyseAsSolid(const SurfaceMesh& surface, const Material& 
   const Result<SurfaceMesh> simpler =
       isDense ? simplified(surface, kMostBodyVertices) : Result<SurfaceMesh>(SurfaceMesh{});
   if (!simpler) return simpler.error();
-  Result<SolidAnalysis> found =
-      analyseSolid({.body = isDense ? *simpler : surface, .shapes = *fine}, material,
-                   settings.solid, progress);
+  Result<SolidAnalysis> found = analyseSolid(
+      {.body = isDense ? *simpler : surface, .shapes = *fine}, material, settings.solid, progress);
   if (!found) return found.error();
   MeshAnalysis analysis;
   analysis.model = std::move(found->model);

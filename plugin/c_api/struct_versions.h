@@ -37,10 +37,9 @@ template <>
 inline constexpr std::array kSizes<carom_reverb> = {offsetof(carom_reverb, decay_time_16khz),
                                                     sizeof(carom_reverb)};
 template <>
-inline constexpr std::array kSizes<carom_material> = {offsetof(carom_material, damping_alpha),
-                                                      offsetof(carom_material, roughness),
-                                                      offsetof(carom_material, loss_factor),
-                                                      sizeof(carom_material)};
+inline constexpr std::array kSizes<carom_material> = {
+    offsetof(carom_material, damping_alpha), offsetof(carom_material, roughness),
+    offsetof(carom_material, loss_factor), sizeof(carom_material)};
 template <>
 inline constexpr std::array kSizes<carom_body> = {offsetof(carom_body, modes), sizeof(carom_body)};
 template <>

@@ -106,11 +106,11 @@ bool MaterialReader::checkEnds(const JsonNode& like, const std::string& base) co
 }
 
 SurfaceMaterial MaterialReader::readMaterialObject(const JsonNode& node, std::string name) const {
-  if (!node.expectObject("a material",
-                         {"like", "density", "youngs_modulus", "poissons_ratio", "restitution",
-                          "restitution_law", "restitution_speed", "friction", "rolling_friction",
-                          "pivoting_friction", "damping_alpha", "damping_beta", "loss_factor", "loss_exponent",
-                          "roughness"})) {
+  if (!node.expectObject(
+          "a material",
+          {"like", "density", "youngs_modulus", "poissons_ratio", "restitution", "restitution_law",
+           "restitution_speed", "friction", "rolling_friction", "pivoting_friction",
+           "damping_alpha", "damping_beta", "loss_factor", "loss_exponent", "roughness"})) {
     return {};
   }
   const auto like = node.find("like");

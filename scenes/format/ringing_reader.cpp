@@ -46,8 +46,8 @@ void readSolid(const JsonNode& node, MeshAnalysisSettings& analysis) {
 }
 
 void readAnalysis(const JsonNode& node, MeshAnalysisSettings& analysis) {
-  if (!node.expectObject("modes", {"body", "thickness", "springs", "dofs", "accuracy", "count",
-                                  "panels"}))
+  if (!node.expectObject("modes",
+                         {"body", "thickness", "springs", "dofs", "accuracy", "count", "panels"}))
     return;
   const auto body = node.find("body");
   const bool shell = body && body->choice("a model of bodies", {"solid", "shell"}) == 1;

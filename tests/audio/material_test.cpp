@@ -161,7 +161,37 @@ TEST(Material, UnknownNameHasNoRow) {
 /// Decay rate in 1/s of the amplitude of a mode of that frequency (Hz).
 double decayRate(const Material& material, double frequency) {
   const double omega = 2.0 * std::numbers::pi * frequency;
-  return 0.5 * (material.dampingAlpha + material.dampingBeta * omega * omega);
+  const double lossFactor =
+      material.lossFactor * std::exp(material.lossExponent * std::log(frequency / 1000.0));
+  return 0.5 * (material.dampingAlpha + material.dampingBeta * omega * omega + lossFactor * omega);
+}
+
+TEST(Material, DampingIsRayleighsAndThatOfTheLossFactor) {
+  Material material = *findMaterial("steel");
+  material.lossFactor = 3e-3;
+  for (const double exponent : {-0.7, 0.0, 0.4}) {
+    material.lossExponent = exponent;
+    for (const double frequency : {50.0, 1000.0, 12000.0})
+      EXPECT_NEAR(dampingRate(material, frequency), decayRate(material, frequency),
+                  1e-12 * decayRate(material, frequency));
+  }
+  // The loss factor is the share of the energy that a radian takes: over one period, an amplitude
+  // that falls as exp(-d t) loses 1 - exp(-2 d T) of it.
+  Material lossy;
+  lossy.lossFactor = 1e-4;
+  const double lost = 1.0 - std::exp(-2.0 * dampingRate(lossy, 440.0) / 440.0);
+  EXPECT_NEAR(lost, 2.0 * std::numbers::pi * 1e-4, 1e-6);
+}
+
+// A fired bowl of 115 mm, struck and recorded: its first three pairs of modes decayed at 3.1, 10.7
+// and 31.6 1/s. They radiate a part of that, which is left to them here.
+TEST(Material, CeramicRingsAsLongAsABowlThatWasRecorded) {
+  const Material& ceramic = *findMaterial("ceramic");
+  EXPECT_LT(decayRate(ceramic, 1640.0), 3.1);
+  EXPECT_GT(decayRate(ceramic, 1640.0), 0.5 * 3.1);
+  EXPECT_LT(decayRate(ceramic, 4150.0), 10.7);
+  EXPECT_GT(decayRate(ceramic, 4150.0), 0.5 * 10.7);
+  EXPECT_LT(decayRate(ceramic, 7360.0), 31.6);
 }
 
 /// Time in s in which a mode of 1 kHz falls by 60 dB.
@@ -174,9 +204,8 @@ TEST(Material, DampingIsThePublishedPair) {
   const struct {
     const char* name;
     double alpha, beta;
-  } pairs[] = {{"ceramic", 6, 1e-7},        {"glass", 1, 1e-7}, {"wood", 60, 2e-6},
-               {"plastic", 30, 1e-6},       {"steel", 5, 3e-8}, {"carbon_steel", 5, 3e-8},
-               {"polycarbonate", 0.5, 4e-7}};
+  } pairs[] = {{"glass", 1, 1e-7}, {"wood", 60, 2e-6},        {"plastic", 30, 1e-6},
+               {"steel", 5, 3e-8}, {"carbon_steel", 5, 3e-8}, {"polycarbonate", 0.5, 4e-7}};
   for (const auto& pair : pairs) {
     EXPECT_EQ(findMaterial(pair.name)->dampingAlpha, pair.alpha) << pair.name;
     EXPECT_EQ(findMaterial(pair.name)->dampingBeta, pair.beta) << pair.name;

@@ -39,6 +39,9 @@ ModalModel chime() {
   for (int value = 0; value < 12; ++value)
     model.residualVolumes.push_back(static_cast<float>(5 - value) / 3.0F);
   model.residualFrequency = 2e5 / 3.0;
+  model.material.lossFactor = 1.0 / 300.0;
+  model.material.lossExponent = -1.0 / 3.0;
+  model.modes[1].frequencyError = 1.0 / 700.0;
   model.medium = {1.19, 344.5};
   model.leftOut = {6, 1, 70000, 3};
   return model;
@@ -66,6 +69,8 @@ void expectSame(const ModalModel& one, const ModalModel& other) {
   EXPECT_TRUE(same(one.material.restitution, other.material.restitution));
   EXPECT_TRUE(same(one.material.dampingAlpha, other.material.dampingAlpha));
   EXPECT_TRUE(same(one.material.dampingBeta, other.material.dampingBeta));
+  EXPECT_TRUE(same(one.material.lossFactor, other.material.lossFactor));
+  EXPECT_TRUE(same(one.material.lossExponent, other.material.lossExponent));
   EXPECT_TRUE(same(one.mass, other.mass));
   EXPECT_TRUE(sameMatrix(one.centreOfMass, other.centreOfMass));
   EXPECT_TRUE(sameMatrix(one.inertia, other.inertia));
@@ -84,6 +89,7 @@ void expectSame(const ModalModel& one, const ModalModel& other) {
   for (std::size_t mode = 0; mode < one.modes.size(); ++mode) {
     EXPECT_TRUE(same(one.modes[mode].frequency, other.modes[mode].frequency));
     EXPECT_TRUE(same(one.modes[mode].decayRate, other.modes[mode].decayRate));
+    EXPECT_TRUE(same(one.modes[mode].frequencyError, other.modes[mode].frequencyError));
     EXPECT_TRUE(same(one.modes[mode].radiation.decayRate, other.modes[mode].radiation.decayRate));
     EXPECT_TRUE(same(one.modes[mode].radiation.volume, other.modes[mode].radiation.volume));
     EXPECT_TRUE(std::ranges::equal(one.modes[mode].radiation.multipoles,
@@ -143,16 +149,36 @@ TEST(ModalModelFile, TakesAModelWithoutModes) {
   expectSame(*read, silent);
 }
 
-/// Returns a file of version 2, which has no section 'resi'.
-std::vector<std::byte> withoutResidual(std::vector<std::byte> bytes) {
-  bytes[8] = std::byte{2};
-  const auto tag = static_cast<std::ptrdiff_t>(lengthAt(bytes, "resi")) - 4;
+/// Returns a file of an older version, which ends before that section.
+std::vector<std::byte> without(const std::string& section, std::vector<std::byte> bytes,
+                               std::byte version) {
+  bytes[8] = version;
+  const auto tag = static_cast<std::ptrdiff_t>(lengthAt(bytes, section)) - 4;
   bytes.erase(bytes.begin() + tag, bytes.end() - 8);
   return bytes;
 }
 
-ModalModel chimeWithoutResidual() {
+/// Returns a file of version 2, which has no section 'resi'.
+std::vector<std::byte> withoutResidual(const std::vector<std::byte>& bytes) {
+  return without("resi", bytes, std::byte{2});
+}
+
+ModalModel chimeWithoutErrors() {
   ModalModel model = chime();
+  model.material.lossFactor = model.material.lossExponent = 0.0;
+  model.modes[1].frequencyError = 0.0;
+  return model;
+}
+
+// Version 3 has neither loss factors nor errors of frequencies.
+TEST(ModalModelFile, ReadsVersion3) {
+  const auto read = decodedModalModel(sealed(without("loss", chimeBytes(), std::byte{3})), "old");
+  ASSERT_TRUE(read) << read.error().message;
+  expectSame(*read, chimeWithoutErrors());
+}
+
+ModalModel chimeWithoutResidual() {
+  ModalModel model = chimeWithoutErrors();
   model.residualVolumes.clear();
   model.residualFrequency = 0.0;
   return model;
@@ -203,11 +229,12 @@ TEST(ModalModelFile, IsLaidOutAsDocumented) {
                            tall('\xE0', '\x3F') + zeros(16) + one + zeros(3 * 8 + 9 * 8) + one +
                            two + '\x06' + zeros(15);
   ASSERT_EQ(body.size(), 0xC9u);
-  const std::string content = "caromode" + ('\x03' + zeros(3)) + "body" + ('\xC9' + zeros(7)) +
+  const std::string content = "caromode" + ('\x04' + zeros(3)) + "body" + ('\xC9' + zeros(7)) +
                               body + "surf" + ('\x28' + zeros(7)) + ('\x01' + zeros(7)) +
                               zeros(24) + zeros(8) + "mode" + ('\x08' + zeros(7)) + zeros(8) +
                               "shap" + ('\x08' + zeros(7)) + zeros(8) + "resi" +
-                              ('\x10' + zeros(7)) + zeros(8) + zeros(8);
+                              ('\x10' + zeros(7)) + zeros(8) + zeros(8) + "loss" +
+                              ('\x10' + zeros(7)) + zeros(16) + "errs" + zeros(8);
   const auto bytes = encodedModalModel(model);
   ASSERT_TRUE(bytes) << bytes.error().message;
   ASSERT_EQ(bytes->size(), content.size() + 8);
@@ -250,8 +277,8 @@ TEST(ModalModelFile, SaysWhatIsWrong) {
   EXPECT_THAT(refusal({}), HasSubstr("is no modal model; expected a file that begins with"));
 
   std::vector<std::byte> newer = bytes;
-  newer[8] = std::byte{4};
-  EXPECT_THAT(refusal(newer), HasSubstr("is a modal model of version 4; expected version 1 to 3"));
+  newer[8] = std::byte{5};
+  EXPECT_THAT(refusal(newer), HasSubstr("is a modal model of version 5; expected version 1 to 4"));
 
   std::vector<std::byte> damaged = bytes;
   damaged[40] ^= std::byte{1};

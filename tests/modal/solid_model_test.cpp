@@ -187,7 +187,8 @@ TEST(SolidModel, MassIsThatOfTheSurface) {
     const Vec3 speed(1.0, 2.0, 2.0);
     const VectorXd moving = linearField(system, Eigen::Matrix3d::Zero(), speed);
     const double mass = 2700.0 * signedVolume(surface);
-    EXPECT_NEAR(moving.dot(system.mass * moving), 9.0 * mass, (isCut(system) ? 9.0 * kFilled : 1e-11) * mass);
+    EXPECT_NEAR(moving.dot(system.mass * moving), 9.0 * mass,
+                (isCut(system) ? 9.0 * kFilled : 1e-11) * mass);
   }
 }
 

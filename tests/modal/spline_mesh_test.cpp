@@ -79,7 +79,7 @@ TEST(SplineMesh, AThinPlateHasFlatCells) {
 // An ellipsoid has no large face: only its principal axes give the box of its semi-axes.
 TEST(SplineMesh, AnEllipsoidLiesInItsPrincipalAxes) {
   const SplineMesh mesh = gridOf(mapped(ellipsoidMesh({0.02, 0.03, 0.08}, 4),
-                                       [](const Vec3& v) { return Vec3(kMeshTurn * v); }));
+                                        [](const Vec3& v) { return Vec3(kMeshTurn * v); }));
   Vec3 size;
   for (int axis = 0; axis < 3; ++axis)
     size[axis] = mesh.cellSize[axis] * mesh.count[static_cast<std::size_t>(axis)];
@@ -95,9 +95,9 @@ Vec3 firstMomentOf(const SurfaceMesh& surface) {
 }
 
 TEST(SplineMesh, HoldsVolumeAndCentreOfARoundBodyInCutCells) {
-  const SurfaceMesh surface =
-      mapped(ellipsoidMesh({0.04, 0.05, 0.06}, 4),
-             [](const Vec3& vertex) { return Vec3(kMeshTurn * vertex + Vec3(0.1, 0.0, 0.2)); });
+  const SurfaceMesh surface = mapped(ellipsoidMesh({0.04, 0.05, 0.06}, 4), [](const Vec3& vertex) {
+    return Vec3(kMeshTurn * vertex + Vec3(0.1, 0.0, 0.2));
+  });
   for (const bool isInsideOut : {false, true}) {
     const SplineMesh mesh = gridOf(isInsideOut ? turnedInsideOut(surface) : surface);
     double volume = 0.0;

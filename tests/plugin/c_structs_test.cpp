@@ -607,6 +607,8 @@ TEST(CStructs, EveryNumberOfAMaterialArrivesAndComesBack) {
   input.restitution = 4;
   input.damping_alpha = 5;
   input.damping_beta = 6;
+  input.loss_factor = 0.5;
+  input.loss_exponent = -1.5;
   const Result<Material> material = materialFrom(&input);
   ASSERT_TRUE(material);
   EXPECT_EQ(*material, (Material{.name = "bronze",
@@ -616,7 +618,9 @@ TEST(CStructs, EveryNumberOfAMaterialArrivesAndComesBack) {
                                  .restitution = 4,
                                  .dampingAlpha = 5,
                                  .dampingBeta = 6,
-                                 .roughness = findMaterial("bronze")->roughness}));
+                                 .roughness = findMaterial("bronze")->roughness,
+                                 .lossFactor = 0.5,
+                                 .lossExponent = -1.5}));
   const carom_material told = toC(*material);
   EXPECT_STREQ(told.name, "bronze");
   EXPECT_EQ(told.density, 1);
@@ -625,6 +629,8 @@ TEST(CStructs, EveryNumberOfAMaterialArrivesAndComesBack) {
   EXPECT_EQ(told.restitution, 4);
   EXPECT_EQ(told.damping_alpha, 5);
   EXPECT_EQ(told.damping_beta, 6);
+  EXPECT_EQ(told.loss_factor, 0.5);
+  EXPECT_EQ(told.loss_exponent, -1.5);
   ASSERT_NE(told.roughness, nullptr);
   EXPECT_EQ(told.roughness->rms_height, findMaterial("bronze")->roughness.rmsHeight);
   EXPECT_EQ(told.roughness->correlation_length,

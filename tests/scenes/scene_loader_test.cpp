@@ -603,7 +603,11 @@ TEST(SceneLoader, DampingBelongsToTheMaterial) {
   const Scene scene = accepted(withOak({{"damping_alpha", 20}, {"damping_beta", 2e-6}}));
   EXPECT_EQ(scene.bodies[0].material.dampingAlpha, 20.0);
   EXPECT_EQ(scene.bodies[0].material.dampingBeta, 2e-6);
+  const Scene lossy = accepted(withOak({{"loss_factor", 0.01}, {"loss_exponent", -0.5}}));
+  EXPECT_EQ(lossy.bodies[0].material.lossFactor, 0.01);
+  EXPECT_EQ(lossy.bodies[0].material.lossExponent, -0.5);
   const Scene without = accepted(withOak(json::object()));
+  EXPECT_EQ(without.bodies[0].material.lossFactor, 0.0);
   EXPECT_EQ(without.bodies[0].material.dampingAlpha, 0.0);
   EXPECT_EQ(without.bodies[0].material.dampingBeta, 0.0);
 }
@@ -1566,7 +1570,7 @@ CAROM_LIST std::vector<Refusal> shapeRefusals() {
     sprung["springs"] = "axial";
     add(withModes(sprung), modes + "/springs", {"no use for it", "\"shell\""});
   }
-  for (const json& degrees : {json(99), json(1000001), json(1000.5), json("many")})
+  for (const json& degrees : {json(191), json(1000001), json(1000.5), json("many")})
     add(withModes({{"dofs", degrees}}), modes + "/dofs", {"a number of degrees of freedom"});
   for (const json& count : {json(0), json(2001), json(1.5)})
     add(withModes({{"count", count}}), modes + "/count", {"a number of modes"});
@@ -1584,6 +1588,13 @@ CAROM_LIST std::vector<Refusal> shapeRefusals() {
   for (const double damping : {-1.0, 1.1})
     add(withOak({{"damping_beta", damping}}), "/bodies/0/material/damping_beta",
         {"in proportion to stiffness"});
+  for (const double factor : {-0.1, 2.1})
+    add(withOak({{"loss_factor", factor}}), "/bodies/0/material/loss_factor", {"a loss factor"});
+  for (const double exponent : {-2.1, 2.1})
+    add(withOak({{"loss_exponent", exponent}}), "/bodies/0/material/loss_exponent",
+        {"an exponent"});
+  add(withModes({{"accuracy", 0.6}}), modes + "/accuracy", {"an accuracy"});
+  add(withModes({{"accuracy", 0.01}, {"dofs", 3000}}), modes + "/dofs", {"one of the two"});
   add(with("/sound", {{"ringing", "loud"}}), "/sound/ringing", {"\"pressed\", \"coupled\""});
   add(with("/sound", {{"recoil", "round"}}), "/sound/recoil", {"\"sphere\", \"shape\""});
   add(with("/sound", {{"modal_radiation", "loud"}}), "/sound/modal_radiation",
@@ -1981,14 +1992,16 @@ CAROM_LIST std::vector<json> goodDocuments() {
   for (const json& modes :
        {json("x"), json(std::string(1000, 'x')), json::object(), json{{"file", "x"}},
         json{{"file", "x"}, {"node", "y"}}, json{{"body", "solid"}},
-        json{{"dofs", 100}, {"count", 1}, {"panels", 100}},
-        json{{"dofs", 1000000}, {"count", 2000}, {"panels", 5000}},
+        json{{"dofs", 192}, {"count", 1}, {"panels", 100}}, json{{"accuracy", 1e-5}},
+        json{{"accuracy", 0.5}}, json{{"dofs", 1000000}, {"count", 2000}, {"panels", 5000}},
         json{{"body", "shell"}, {"thickness", 1e-6}},
         json{{"body", "shell"}, {"thickness", 1000}, {"springs", "axial"}, {"count", 1}}}) {
     documents.push_back(withModes(modes));
     documents.push_back(withSolid({{"modes", modes}, {"movable", false}}));
   }
   documents.push_back(withOak({{"damping_alpha", 1e6}, {"damping_beta", 1}}));
+  for (const double exponent : {-2.0, 2.0})
+    documents.push_back(withOak({{"loss_factor", 2}, {"loss_exponent", exponent}}));
   for (const char* ringing : {"pressed", "coupled"})
     documents.push_back(with("/sound", {{"ringing", ringing}}));
   for (const char* recoil : {"sphere", "shape"})

@@ -159,7 +159,7 @@ MatrixXd strainsOf(const SectionPoint& point, int n) {
 // Rows: degrees of freedom of all nodes; columns: those that stay on the axis, where a body hangs
 // together.
 MatrixXd freedomOf(const Section& section, int n) {
-  std::vector<std::pair<Index, Index>> kept;   // row, and the row that is its negative, or -1
+  std::vector<std::pair<Index, Index>> kept;  // row, and the row that is its negative, or -1
   for (std::size_t node = 0; node < section.nodes.size(); ++node) {
     const Index u = 3 * static_cast<Index>(node);
     if (section.nodes[node].x() > kSame) {
@@ -232,8 +232,8 @@ SectionPart partOf(const Wall& wall, int elements) {
     const double before = std::max(along - kStep, 0.0);
     const double after = std::min(along + kStep, 1.0);
     const Vector2 way = (wall.middle(after) - wall.middle(before)).normalized();
-    Vector2 place = wall.middle(along) +
-                    (across - 0.5) * wall.thickness(along) * Vector2(-way.y(), way.x());
+    Vector2 place =
+        wall.middle(along) + (across - 0.5) * wall.thickness(along) * Vector2(-way.y(), way.x());
     if (wall.middle(along).x() < kSame) place.x() = 0.0;
     return place;
   };
@@ -350,7 +350,9 @@ std::vector<RevolvedBody> revolvedBodies() {
                    return {0.06 * std::sin(angle), -0.06 * std::cos(angle)};
                  },
                  evenly(0.002)};
-  const Wall cone{[](double along) -> Vector2 { return {0.02 + 0.04 * along, 0.08 * along}; },
+  const Wall cone{[](double along) -> Vector2 {
+                    return {0.02 + 0.04 * along, 0.08 * along};
+                  },
                   evenly(0.002)};
   // A glass without its stem: steep, narrower towards the rim, and thicker at the bottom.
   const Wall glass{[](double along) -> Vector2 {
@@ -360,7 +362,7 @@ std::vector<RevolvedBody> revolvedBodies() {
                    [](double along) { return 0.003 - 0.0016 * along; }};
   const Wall tube{[](double along) -> Vector2 { return {0.015, 0.15 * along}; }, evenly(0.002)};
   const Wall ring{[](double along) -> Vector2 { return {0.05, 0.012 * along}; }, evenly(0.005)};
-  return {walled("bowl", bowl, 40), walled("cap", cap, 32), cup(),
+  return {walled("bowl", bowl, 40), walled("cap", cap, 32),     cup(),
           walled("cone", cone, 1),  walled("glass", glass, 40), walled("tube", tube, 1),
           walled("ring", ring, 1)};
 }

@@ -343,8 +343,8 @@ typedef struct carom_material {
   /// NULL: as rough as the built-in material of the same name, or else smooth: then it does not
   /// sound where it slides or rolls on another smooth one. Out: never NULL, lives for ever.
   const carom_roughness* roughness;
-  /// 1, loss factor at 1 kHz, 0 to 2, and the exponent with which it goes with frequency, -2 to 2: a
-  /// mode of frequency f falls by exp(-pi f loss_factor (f / 1 kHz)^loss_exponent t) in addition.
+  /// 1, loss factor at 1 kHz, 0 to 2, and the exponent with which it goes with frequency, -2 to 2:
+  /// a mode of frequency f falls by exp(-pi f loss_factor (f / 1 kHz)^loss_exponent t) in addition.
   double loss_factor;
   double loss_exponent;
 } carom_material;

@@ -56,8 +56,8 @@ std::span<const Material> builtInMaterials();
 const Material* findMaterial(std::string_view name);
 
 /// Returns the rate (1/s) at which the material lets the amplitude of a mode of that frequency (Hz,
-/// above 0) decay: with w = 2 pi f, (alpha + beta w^2) / 2 by Rayleigh, and eta(f) w / 2 by the loss
-/// factor, the part of its energy that an oscillation loses in a radian. [any thread]
+/// above 0) decay: with w = 2 pi f, (alpha + beta w^2) / 2 by Rayleigh, and eta(f) w / 2 by the
+/// loss factor, the part of its energy that an oscillation loses in a radian. [any thread]
 double dampingRate(const Material& material, double frequency);
 
 /// Restitution of a pair: the geometric mean, so that a pair of one material has that material's
