@@ -61,7 +61,7 @@ struct SplineMesh {
 /// the body under one function do not hang together through the cells, as on both sides of a slot
 /// of a cell's width, each part has a function of its own. Parts that lie nearer to each other than
 /// a cell become one, unnoticed. In a cut cell the part outside is filled by a material of a
-/// ten-millionth of the stiffness and density, so that no function is left without.
+/// thousand-millionth of the stiffness and density, so that no function is left without.
 ///
 /// Errors: indices out of range, coordinates that are not finite, an open surface, no volume,
 /// settings without sense, several bodies that do not touch. [any thread], allocates.

@@ -53,11 +53,11 @@ Material plastic() {
   return material;
 }
 
-Result<SolidAnalysis> analysedCube(std::size_t degreesOfFreedom) {
+Result<SolidAnalysis> analysedCube(double accuracy) {
   const Result<SurfaceMesh> surface = subdividedTo(boxMesh({0.05, 0.05, 0.05}), 1000);
   if (!surface) return surface.error();
   SolidSettings settings;
-  settings.grid.degreesOfFreedom = degreesOfFreedom;
+  settings.accuracy = accuracy;
   settings.maxModes = kModes;
   return analyseSolid(*surface, plastic(), settings);
 }
@@ -68,12 +68,15 @@ bool isWhole(const Result<SolidAnalysis>& analysis) {
 
 }  // namespace
 
-WorkCost cubeAnalysis(std::size_t degreesOfFreedom) {
-  return costOf([=] { return isWhole(analysedCube(degreesOfFreedom)); });
+WorkCost cubeAnalysis(double accuracy) {
+  return costOf([=] {
+    const Result<SolidAnalysis> analysis = analysedCube(accuracy);
+    return isWhole(analysis) && analysis->reachedAccuracy;
+  });
 }
 
 WorkCost cubeRadiation(std::size_t panels) {
-  Result<SolidAnalysis> analysis = analysedCube(5000);
+  Result<SolidAnalysis> analysis = analysedCube(0.05);
   if (!isWhole(analysis)) return {std::numeric_limits<double>::infinity(), 0.0};
   return costOf(
       [&] { return static_cast<bool>(computeRadiation((*analysis).model, {.panels = panels})); });

@@ -310,11 +310,12 @@ void addAnalysis(Figures& figures, const std::string& name, std::function<WorkCo
 
 /// Adds the analyses; the figures keep their names when --short makes the solids smaller.
 void addAnalyses(Figures& figures, const Scale& scale) {
-  const auto analysis = [](std::size_t size) { return [size] { return cubeAnalysis(size); }; };
-  addAnalysis(figures, "60 modes of a cube, 20,000 dof",
-              analysis(scale.of<std::size_t>(20000, 1500)), 8.0);
-  addAnalysis(figures, "60 modes of a cube, 60,000 dof",
-              analysis(scale.of<std::size_t>(60000, 3000)), 40.0);
+  const auto analysis = [](double accuracy) {
+    return [accuracy] { return cubeAnalysis(accuracy); };
+  };
+  addAnalysis(figures, "60 modes of a cube within 1 %", analysis(scale.of<double>(0.01, 0.1)), 8.0);
+  addAnalysis(figures, "60 modes of a cube within 0.1 %", analysis(scale.of<double>(0.001, 0.05)),
+              40.0);
   addAnalysis(
       figures, "radiation of these 60 modes",
       [panels = scale.of<std::size_t>(800, 120)] { return cubeRadiation(panels); }, 60.0);

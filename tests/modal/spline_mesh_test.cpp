@@ -46,7 +46,7 @@ SurfaceMesh boxAt(const Vec3& centre, const Vec3& half) {
 }
 
 // Share of a volume that the filling outside of cut cells may add.
-constexpr double kFilling = 3e-7;
+constexpr double kFilling = 1e-7;
 
 TEST(SplineMesh, ABoxIsWholeCellsHoweverItIsTurned) {
   const Vec3 half(0.031, 0.017, 0.011);

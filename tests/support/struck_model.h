@@ -29,7 +29,7 @@ struct StruckModel {
 StruckModel struckShell(const SurfaceMesh& mesh, const Material& material,
                         const ShellSettings& settings, const Vec3& side);
 
-/// A box as a grid of bricks; the nodes on its outside are the model's surface.
+/// A box on a grid of splines, with a surface of some hundreds of vertices.
 StruckModel struckBox(const Vec3& half, const Material& material, std::size_t degreesOfFreedom,
                       const Vec3& side);
 

@@ -32,7 +32,7 @@ struct MeshAnalysis {
 ///
 ///     SurfaceMesh --mended--> surface --solid or shell--> modes --boundary elements--> ModalModel
 ///
-/// The surface is mended, analysed (a solid as a grid of bricks, a shell as springs and masses),
+/// The surface is mended, analysed (a solid on a grid of splines, a shell as springs and masses),
 /// and the radiation of its modes computed; each step is a function of its own, too. A model that
 /// is in the cache already is not computed again. A body so small and stiff that all its modes lie
 /// above hearing gives a model without modes.
