@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <map>
 #include <memory>
 #include <utility>
 
+#include "lab/view/rounding.h"
+
 #include "audio/propagation/pose_track.h"
-#include "audio/scheduling/slide_tracker.h"
 #include "scenes/live/scene_drawing.h"
 #include "scenes/recording/event_tape.h"
 #include "scenes/recording/recorded_run.h"
@@ -125,119 +125,25 @@ std::vector<ContactBar> barsOf(const std::vector<RunPortion>& portions) {
   return bars;
 }
 
-/// Returns a number with so many binary digits, so that a page takes fewer bytes.
-double rounded(double number, int digits) {
-  if (!std::isfinite(number) || number == 0.0) return number;
-  int exponent = 0;
-  const double scaled = std::ldexp(std::frexp(number, &exponent), digits);
-  return std::ldexp(std::nearbyint(scaled), exponent - digits);
-}
-
 // A place to 32 digits is 1e-10 of its distance from the origin: at 10 m a delay of 3e-12 s. Sizes
 // to 26 digits are within -156 dB.
 constexpr int kPlaceDigits = 32;
 constexpr int kSizeDigits = 26;
-// Poses, which tell where and how turned a body rings: to 4e-9 m, 2e-7 rad.
-constexpr int kPosePlace = -28;
-constexpr int kPoseDirection = -22;
 
-/// Returns a number as a multiple of so small a power of two.
-double onGrid(double number, int power) {
-  return std::isfinite(number) ? std::ldexp(std::nearbyint(std::ldexp(number, -power)), power)
-                               : number;
-}
-template <class Numbers>
-void putOnGrid(Numbers& numbers, int power) {
-  for (double& number : numbers)
-    number = onGrid(number, power);
-}
-
-void round(Vec3& vector, int digits) {
-  for (double& number : vector)
-    number = rounded(number, digits);
-}
 void round(Quat& turn) {
   for (double& number : turn.coeffs())
     number = rounded(number, kPlaceDigits);
 }
 
-// Powers of two of what a step of a contact tells: the way of a contact point over a body to 30 nm,
-// half of the last digit that Bullet's own floats have at 1 m, as the sound is in its differences;
-// other places to 1 and 15 um, directions to 6e-5.
-constexpr int kContactPath = -25;
-constexpr int kContactPoint = -20;
-constexpr int kContactBody = -16;
-constexpr int kContactDirection = -14;
-// Digits: of loads, which damp modes (-138 dB), of impulses, of which the direction counts, and of
-// velocities, which tell how much energy friction takes.
-constexpr int kLoadDigits = 22;
-constexpr int kContactImpulseDigits = 10;
-constexpr int kContactSpeedDigits = 8;
-
-/// Rounds what a step of a contact tells, so that many steps do not make most of a page. The bumps
-/// bounce on one another, so that the contact sounds as loud as before but has not its samples, as
-/// a page's engine has not them anyway (docs/view.md). How it rolls, no sound asks.
-void roundMoving(ContactState& contact) {
-  for (Vec3* const place :
-       {&contact.pathStart, &contact.pathEnd, &contact.otherPathStart, &contact.otherPathEnd})
-    putOnGrid(*place, kContactPath);
-  putOnGrid(contact.position, kContactPoint);
-  putOnGrid(contact.bodyPosition, kContactBody);
-  putOnGrid(contact.otherPosition, kContactBody);
-  putOnGrid(contact.normal, kContactDirection);
-  putOnGrid(contact.bodyOrientation.coeffs(), kContactDirection);
-  putOnGrid(contact.otherOrientation.coeffs(), kContactDirection);
-  round(contact.appliedImpulse, kContactImpulseDigits);
-  for (Vec3* const speed : {&contact.slipVelocity, &contact.bodyVelocity, &contact.otherVelocity})
-    round(*speed, kContactSpeedDigits);
-  contact.rollingVelocity.setZero();
-}
-
-/// Of a contact that is too slow to sound, which only damps modes, nothing is asked but how hard it
-/// presses and where. The rest repeats the step before, which packs to nothing.
-void roundResting(ContactState& contact, const ContactState& before) {
-  ContactState resting = before;
-  resting.time = contact.time;
-  resting.duration = contact.duration;
-  resting.phase = contact.phase;
-  resting.body = contact.body;
-  resting.other = contact.other;
-  resting.normalLoad = contact.normalLoad;
-  resting.radius = contact.radius;
-  resting.otherRadius = contact.otherRadius;
-  resting.pathStart = contact.pathStart;
-  resting.otherPathStart = contact.otherPathStart;
-  putOnGrid(resting.pathStart, kContactBody);
-  putOnGrid(resting.otherPathStart, kContactBody);
-  resting.pathEnd = resting.pathStart;
-  resting.otherPathEnd = resting.otherPathStart;
-  contact = resting;
-}
-
-/// The latest steps of contacts that were rounded, by their bodies.
-using LatestContacts = std::map<std::pair<BodyId, BodyId>, ContactState>;
-
-void round(std::vector<ContactState>& contacts, LatestContacts& latest) {
-  for (ContactState& contact : contacts) {
-    contact.normalLoad = rounded(contact.normalLoad, kLoadDigits);
-    ContactState& before = latest[{contact.body, contact.other}];
-    if (isMoving(contact))
-      roundMoving(contact);
-    else
-      roundResting(contact, before);
-    before = contact;
-  }
-}
-
 /// Rounds all but times. States of what deforms stay as they are, as their second differences
-/// count.
-void round(RunPortion& portion, LatestContacts& latest) {
+/// count; so do contacts: pageSound.
+void round(RunPortion& portion) {
   for (ImpulseEvent& event : portion.events) {
     for (Vec3* const place : {&event.position, &event.bodyPosition, &event.otherPosition})
-      round(*place, kPlaceDigits);
+      roundVector(*place, kPlaceDigits);
     for (Vec3* const size : {&event.impulse, &event.appliedImpulse, &event.normal,
                              &event.bodyVelocity, &event.bodyAngularVelocity})
-      round(*size, kSizeDigits);
+      roundVector(*size, kSizeDigits);
     for (double* const size :
          {&event.approachSpeed, &event.effectiveMass, &event.radius, &event.otherRadius})
       *size = rounded(*size, kSizeDigits);
@@ -245,31 +151,9 @@ void round(RunPortion& portion, LatestContacts& latest) {
     round(event.otherOrientation);
   }
   for (BodyPose& pose : portion.poses) {
-    putOnGrid(pose.pose.position, kPosePlace);
-    putOnGrid(pose.pose.orientation.coeffs(), kPoseDirection);
+    roundVector(pose.pose.position, kPlaceDigits);
+    round(pose.pose.orientation);
   }
-  round(portion.contacts, latest);
-}
-
-/// Rounds how a model radiates.
-std::shared_ptr<const ModalModel> rounded(const ModalModel& model) {
-  ModalModel fewer = model;
-  for (Mode& mode : fewer.modes)
-    for (std::complex<double>& multipole : mode.radiation.multipoles)
-      multipole = {rounded(multipole.real(), kSizeDigits), rounded(multipole.imag(), kSizeDigits)};
-  return std::make_shared<const ModalModel>(std::move(fewer));
-}
-
-/// Rounds the models of bodies; what is shared stays so.
-void roundModels(std::vector<PlayableRun::Bodies>& all) {
-  std::map<std::shared_ptr<const ModalModel>, std::shared_ptr<const ModalModel>> known;
-  for (PlayableRun::Bodies& bodies : all)
-    for (HostBody& body : bodies.bodies) {
-      if (body.sound.modal == nullptr) continue;
-      std::shared_ptr<const ModalModel>& fewer = known[body.sound.modal];
-      if (fewer == nullptr) fewer = rounded(*body.sound.modal);
-      body.sound.modal = fewer;
-    }
 }
 
 /// Moves what is only drawn out of the run, and measures its events.
@@ -279,19 +163,17 @@ Status finish(ViewRun& view) {
     for (const HostBody& body : bodies.bodies)
       rings[body.id] = rings[body.id] || body.sound.modal != nullptr;
   view.poses.resize(view.scene.bodies.size());
-  view.contacts = barsOf(view.run.portions);
-  LatestContacts latest;
   for (RunPortion& portion : view.run.portions) {
     for (const BodyPose& pose : portion.poses)
       if (pose.pose.time <= view.scene.duration) view.poses[pose.body].push_back(pose.pose);
     std::erase_if(portion.poses, [&rings](const BodyPose& pose) { return !rings[pose.body]; });
     std::ranges::move(portion.pictures, std::back_inserter(view.pictures));
     portion.pictures.clear();
-    round(portion, latest);
+    round(portion);
   }
   for (std::size_t body = 0; body < view.poses.size(); ++body)
     thin(view.poses[body], scaleOf(view.scene.bodies[body]));
-  roundModels(view.run.bodies);
+  view.contacts = barsOf(view.run.portions);
   PlayableRun copy = view.run;
   for (Listener& listener : copy.world.listeners)  // a head is as loud as a pair about it
     if (listener.format == ListenerFormat::binaural) listener.format = ListenerFormat::spacedPair;
