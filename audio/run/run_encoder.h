@@ -16,7 +16,7 @@ namespace carom::audio {
 /// again without it. Little-endian:
 ///
 ///     8 bytes   "caromrun"
-///     4 bytes   version: 1 of a scene's run, 2 of a host's
+///     4 bytes   version: 3 of a scene's run, 4 of a host's; 1 and 2 were told another way
 ///     parts, each
 ///         1 byte    its kind
 ///         4 bytes   number of bytes that are stored
@@ -31,8 +31,8 @@ namespace carom::audio {
 /// end, and is refused there.
 inline constexpr std::string_view kRunMagic = "caromrun";
 inline constexpr std::size_t kMostUnpacked = std::size_t{1} << 28U;  ///< bytes of a part
-inline constexpr std::uint32_t kSceneRun = 1;                        ///< versions
-inline constexpr std::uint32_t kHostRun = 2;
+inline constexpr std::uint32_t kSceneRun = 3;                        ///< versions
+inline constexpr std::uint32_t kHostRun = 4;
 /// Most bodies of a run.
 inline constexpr std::uint32_t kMostRunBodies = 200'000;
 

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -14,6 +15,14 @@ namespace {
 
 constexpr double kLargest = 1e100;       // in SI units, of any number that is not infinite
 constexpr double kUnitTolerance = 1e-3;  // of the length of an orientation
+
+/// Number of a table's first columns that say whose a record is.
+template <class Record>
+constexpr std::size_t kKeys = 0;
+template <>
+constexpr std::size_t kKeys<ContactState> = 2;
+template <>
+constexpr std::size_t kKeys<BodyPose> = 1;
 
 // Each of these names the columns of a table, for whoever writes and whoever reads.
 
@@ -42,11 +51,11 @@ void describe(Archive& archive, ImpulseEvent& event) {
 
 template <class Archive>
 void describe(Archive& archive, ContactState& contact) {
+  archive.body(contact.body);
+  archive.body(contact.other);
   archive.number(contact.time);
   archive.number(contact.duration);
   archive.phase(contact.phase);
-  archive.body(contact.body);
-  archive.body(contact.other);
   archive.vector(contact.normal);
   archive.vector(contact.position);
   archive.number(contact.normalLoad);
@@ -208,22 +217,53 @@ void putCount(std::vector<std::byte>& bytes, std::size_t count) {
     bytes.push_back(static_cast<std::byte>((count >> shift) & 0xffU));
 }
 
+/// Returns the bits of a row's numbers in `keys` columns.
+std::vector<std::uint64_t> keyOf(std::span<const double> row, std::size_t keys) {
+  std::vector<std::uint64_t> key;
+  for (const double number : row.first(keys))
+    key.push_back(std::bit_cast<std::uint64_t>(number));
+  return key;
+}
+
+constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+
+/// Returns which row each row is told as a difference from: the latest that has the same key, or
+/// else the one above; kNone of the first.
+std::vector<std::size_t> rowsBefore(std::span<const double> values, std::size_t rows,
+                                    std::size_t keys) {
+  std::vector<std::size_t> before(rows);
+  for (std::size_t row = 0; row < rows; ++row)
+    before[row] = row == 0 ? kNone : row - 1;
+  if (keys == 0) return before;
+  std::map<std::vector<std::uint64_t>, std::size_t> latest;
+  const std::size_t columns = rows == 0 ? 0 : values.size() / rows;
+  for (std::size_t row = 0; row < rows; ++row) {
+    const auto [known, isNew] =
+        latest.try_emplace(keyOf(values.subspan(row * columns, columns), keys), row);
+    if (!isNew) before[row] = std::exchange(known->second, row);
+  }
+  return before;
+}
+
 /// Adds a table of numbers in rows: the number of rows, then all lowest bytes of the first column's
 /// differences, and so on.
-void putTable(std::vector<std::byte>& bytes, std::span<const double> values, std::size_t rows) {
+void putTable(std::vector<std::byte>& bytes, std::span<const double> values, std::size_t rows,
+              std::size_t keys = 0) {
   putCount(bytes, rows);
   if (rows == 0) return;
   const std::size_t columns = values.size() / rows;
+  const std::vector<std::size_t> above = rowsBefore(values, rows, 0);
+  const std::vector<std::size_t> alike = rowsBefore(values, rows, keys);
   std::vector<std::uint64_t> column(rows);
+  std::vector<std::uint64_t> differences(rows);
   for (std::size_t at = 0; at < columns; ++at) {
-    std::uint64_t before = 0;
+    const std::vector<std::size_t>& before = at < keys ? above : alike;
     for (std::size_t row = 0; row < rows; ++row) {
-      const auto now = std::bit_cast<std::uint64_t>(values[row * columns + at]);
-      column[row] = now ^ before;
-      before = now;
+      column[row] = std::bit_cast<std::uint64_t>(values[row * columns + at]);
+      differences[row] = column[row] ^ (before[row] == kNone ? 0 : column[before[row]]);
     }
     for (unsigned shift = 0; shift < 64; shift += 8)
-      for (const std::uint64_t word : column)
+      for (const std::uint64_t word : differences)
         bytes.push_back(static_cast<std::byte>((word >> shift) & 0xffU));
   }
 }
@@ -238,7 +278,7 @@ void putRecords(std::vector<std::byte>& bytes, std::span<const RunPortion> porti
       describe(writer, record);
       ++rows;
     }
-  putTable(bytes, writer.values(), rows);
+  putTable(bytes, writer.values(), rows, kKeys<Record>);
 }
 
 /// Takes tables off the front of bytes.
@@ -256,8 +296,12 @@ class Tables {
     bytes_ = bytes_.subspan(sizeof(std::uint32_t));
     if (rows > bytes_.size() / (kWord * columns)) return tooFew();
     std::vector<double> values(rows * columns);
-    for (std::size_t column = 0; column < columns; ++column)
-      fill(values, column, columns, rows);
+    constexpr std::size_t keys = kKeys<Record>;
+    std::vector<std::size_t> before = rowsBefore(values, rows, 0);
+    for (std::size_t column = 0; column < columns; ++column) {
+      if (keys > 0 && column == keys) before = rowsBefore(values, rows, keys);
+      fill(values, column, columns, before);
+    }
     bytes_ = bytes_.subspan(rows * columns * kWord);
     Reader reader(values, shape_);
     std::vector<Record> records(rows);
@@ -273,10 +317,13 @@ class Tables {
   static Error tooFew() { return Error{"has fewer bytes than its tables say"}; }
 
   void fill(std::vector<double>& values, std::size_t column, std::size_t columns,
-            std::size_t rows) const {
+            std::span<const std::size_t> before) const {
+    const std::size_t rows = before.size();
     const std::byte* const first = bytes_.data() + column * rows * kWord;
-    std::uint64_t word = 0;
     for (std::size_t row = 0; row < rows; ++row) {
+      std::uint64_t word = 0;
+      if (before[row] != kNone)
+        word = std::bit_cast<std::uint64_t>(values[before[row] * columns + column]);
       for (std::size_t at = 0; at < kWord; ++at)
         word ^= std::to_integer<std::uint64_t>(first[at * rows + row]) << (8 * at);
       values[row * columns + column] = std::bit_cast<double>(word);

@@ -18,8 +18,9 @@ struct RunShape {
 
 /// Returns portions of a tape as bytes that compress well: a table for portions, events, contacts,
 /// poses, states of what deforms and pictures each, column by column, each number as its difference
-/// in bits from the one above, and of these first all lowest bytes, then the next. Reading them
-/// back gives the same bits. [any thread]
+/// in bits from the one above, and of these first all lowest bytes, then the next. What is above a
+/// step of a contact is the latest step of the same two bodies, and above a pose the latest of the
+/// same body, if there is one. Reading them back gives the same bits. [any thread]
 std::vector<std::byte> encodedPortions(std::span<const RunPortion> portions);
 
 /// Returns the portions of such bytes. An error, the second half of a sentence, is that of bytes

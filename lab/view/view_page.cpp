@@ -10,6 +10,7 @@
 
 #include "lab/page/packed_text.h"
 #include "lab/page/page_text.h"
+#include "lab/view/page_sound.h"
 #include <nlohmann/json.hpp>
 
 #include "audio/io/byte_file.h"
@@ -112,7 +113,7 @@ class ViewPage::Maker {
   Status fault() const { return fault_.empty() ? Status(std::monostate{}) : Status(Error{fault_}); }
 
   Status addRun(const ViewRun& view) {
-    const Result<EncodedRunParts> sound = encodedRunParts(view.run);
+    const Result<EncodedRunParts> sound = encodedRunParts(pageSound(view.run));
     if (!sound) return Error{view.scene.name + ": " + sound.error().message};
     std::vector<DrawnBody> bodies;
     for (const HostBody& body : view.run.bodies.front().bodies) {

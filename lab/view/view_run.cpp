@@ -6,6 +6,8 @@
 #include <memory>
 #include <utility>
 
+#include "lab/view/rounding.h"
+
 #include "audio/propagation/pose_track.h"
 #include "scenes/live/scene_drawing.h"
 #include "scenes/recording/event_tape.h"
@@ -123,38 +125,25 @@ std::vector<ContactBar> barsOf(const std::vector<RunPortion>& portions) {
   return bars;
 }
 
-/// Returns a number with so many binary digits, so that a page takes fewer bytes.
-double rounded(double number, int digits) {
-  if (!std::isfinite(number) || number == 0.0) return number;
-  int exponent = 0;
-  const double scaled = std::ldexp(std::frexp(number, &exponent), digits);
-  return std::ldexp(std::nearbyint(scaled), exponent - digits);
-}
-
 // A place to 32 digits is 1e-10 of its distance from the origin: at 10 m a delay of 3e-12 s. Sizes
 // to 26 digits are within -156 dB.
 constexpr int kPlaceDigits = 32;
 constexpr int kSizeDigits = 26;
 
-void round(Vec3& vector, int digits) {
-  for (double& number : vector)
-    number = rounded(number, digits);
-}
 void round(Quat& turn) {
   for (double& number : turn.coeffs())
     number = rounded(number, kPlaceDigits);
 }
 
 /// Rounds all but times. States of what deforms stay as they are, as their second differences
-/// count; so do contacts, whose bumps bounce on one another: a tenth digit is another sound of
-/// them.
+/// count; so do contacts: pageSound.
 void round(RunPortion& portion) {
   for (ImpulseEvent& event : portion.events) {
     for (Vec3* const place : {&event.position, &event.bodyPosition, &event.otherPosition})
-      round(*place, kPlaceDigits);
+      roundVector(*place, kPlaceDigits);
     for (Vec3* const size : {&event.impulse, &event.appliedImpulse, &event.normal,
                              &event.bodyVelocity, &event.bodyAngularVelocity})
-      round(*size, kSizeDigits);
+      roundVector(*size, kSizeDigits);
     for (double* const size :
          {&event.approachSpeed, &event.effectiveMass, &event.radius, &event.otherRadius})
       *size = rounded(*size, kSizeDigits);
@@ -162,7 +151,7 @@ void round(RunPortion& portion) {
     round(event.otherOrientation);
   }
   for (BodyPose& pose : portion.poses) {
-    round(pose.pose.position, kPlaceDigits);
+    roundVector(pose.pose.position, kPlaceDigits);
     round(pose.pose.orientation);
   }
 }

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "lab/report/report.h"
+#include "lab/view/page_sound.h"
 #include "lab/view/view_run.h"
 #include <gtest/gtest.h>
 
@@ -166,6 +167,26 @@ INSTANTIATE_TEST_SUITE_P(Library, PlayedRuns,
                                          Case{"dropped_wrench", 1.5}, Case{"jello_drop", 0.6},
                                          Case{"coin_spin", 0.5}),
                          [](const auto& one) { return std::string(one.param.scene); });
+
+TEST(PageSounds, AreAsLoud) {
+  // What slides is another sound of the same level; what was rounded by mistake would be another.
+  for (const auto& [name, duration] :
+       {Case{"coin_spin", 1.0}, Case{"pen_scrapes_brick", 0.7}, Case{"wood_blocks", 1.5}}) {
+    const ViewRun view = viewOf(sceneOf(name, duration));
+    RunPlayer exact = playerOf(view.run);
+    RunPlayer ofPage = playerOf(pageSound(view.run));
+    const auto frames = static_cast<std::size_t>(48000.0 * duration);
+    const auto powerOf = [](const Planes& planes) {
+      double power = 0.0;
+      for (const std::vector<float>& plane : planes)
+        for (const float sample : plane)
+          power += static_cast<double>(sample) * static_cast<double>(sample);
+      return power;
+    };
+    const double ratio = powerOf(played(ofPage, frames)) / powerOf(played(exact, frames));
+    EXPECT_LT(std::abs(10.0 * std::log10(ratio)), 0.5) << name;
+  }
+}
 
 class PlayedMarbles : public testing::Test {
  protected:
