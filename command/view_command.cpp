@@ -187,7 +187,7 @@ ViewCommand::ViewCommand(CLI::App& app)
       "Examples:\n"
       "  carom view scenes/library/marbles_in_a_box.json -o marbles.html\n"
       "  carom view scenes/library/billiard_break.json --compare\n"
-      "  carom view scenes/library/*.json --seconds 4 -o gallery.html\n"
+      "  carom view scenes/library/*.json --seconds 2 -o gallery.html\n"
       "  carom view quiet.carom loud.carom --label quiet --label loud -o both.html");
 }
 

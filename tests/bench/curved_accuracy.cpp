@@ -33,8 +33,8 @@ section with Fourier's series about the axis (tests/support/revolution_modes.h):
   worst      % from the reference, of the 20
   split      %, largest distance of two frequencies that are one pair
   told       %, largest error that the analysis tells
-  within     modes whose error is at most what is told, and the mesh's own share: circles are of 320
-             sides, so walls are thinner and circles smaller by up to 0.005 %
+  within     modes whose error is at most what is told, and the mesh's own share of 0.02 %: its
+             circles are of 320 sides, its curved outlines of 40 edges, so all is smaller
 
   --modes    prints every mode
   --short    one body, to 5 %
@@ -42,7 +42,7 @@ section with Fourier's series about the axis (tests/support/revolution_modes.h):
 
 constexpr std::size_t kModes = 20;
 constexpr int kSides = 320;
-constexpr double kMeshError = 1e-4;
+constexpr double kMeshError = 2e-4;
 
 SurfaceMesh turned(SurfaceMesh mesh, const Eigen::Matrix3d& turn) {
   for (Vec3& vertex : mesh.vertices)
