@@ -17,7 +17,6 @@ constexpr std::size_t kRows = 45;
 
 /// The loss factor of a fired ceramic bowl that was struck and recorded; docs/materials.md.
 constexpr double kCeramicLoss = 5e-4;
-constexpr double kCeramicExponent = 0.3;
 
 /// Roughness of surfaces as they are commonly made; docs/materials.md has the sources.
 constexpr Roughness kDrawn{2e-6, 40e-6, 0.8};  // or rolled, turned, milled
@@ -45,8 +44,7 @@ std::array<Material, kRows> makeRows() {
   return {{
       // Chadwick, Zheng, James 2012, "Precomputed acceleration noise", as in the seed's table 1.
       {"steel", 8940.0, 123.4 * kGiga, 0.34, 0.90, 5.0, 3e-8, kDrawn},
-      {"ceramic", 2700.0, 72.0 * kGiga, 0.19, 0.90, 0.0, 0.0, kFired, kCeramicLoss,
-       kCeramicExponent},
+      {"ceramic", 2700.0, 72.0 * kGiga, 0.19, 0.90, 0.0, 0.0, kFired, kCeramicLoss},
       {"glass", 2700.0, 62.0 * kGiga, 0.20, 15.0 / 16.0, 1.0, 1e-7, kFired},
       {"plastic", 1200.0, 2.4 * kGiga, 0.37, 0.80, 30.0, 1e-6, kMoulded},
       // Sugar maple at 12 % moisture, its grain's modulus and nu_LR in every direction: USDA Forest
@@ -81,8 +79,7 @@ std::array<Material, kRows> makeRows() {
       {"tungsten", 19300.0, 411.0 * kGiga, 0.280, 0.80, 5.0, 3e-8, kDrawn},
       {"tungsten_carbide", 13800.0, 534.4 * kGiga, 0.22, 0.90, 5.0, 3e-8, kGround},
       // Ceramics, glasses and stones.
-      {"alumina", 3970.0, 400.0 * kGiga, 0.22, 0.90, 0.0, 0.0, kGround, kCeramicLoss,
-       kCeramicExponent},
+      {"alumina", 3970.0, 400.0 * kGiga, 0.22, 0.90, 0.0, 0.0, kGround, kCeramicLoss},
       {"soda_lime_glass", 2500.0, 70.0 * kGiga, 0.20, 15.0 / 16.0, 1.0, 1e-7, kFired},
       {"borosilicate_glass", 2230.0, 64.0 * kGiga, 0.20, 15.0 / 16.0, 1.0, 1e-7, kFired},
       {"fused_silica", 2201.0, 72.7 * kGiga, 0.16, 15.0 / 16.0, 1.0, 1e-7, kFired},
