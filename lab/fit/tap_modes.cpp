@@ -1,0 +1,358 @@
+#include "lab/fit/tap_modes.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <cstddef>
+#include <numbers>
+#include <span>
+
+#include "lab/fit/spectral_peaks.h"
+#include "lab/fit/subband.h"
+#include "lab/fit/subspace_modes.h"
+
+namespace carom::lab {
+
+namespace {
+
+constexpr double kTurn = 2.0 * std::numbers::pi;
+
+/// Bands of one width, which find the modes whose decay fits it.
+struct BandScale {
+  double width;         // Hz
+  double window;        // s, at most
+  double slowestDecay;  // 1/s
+  double fastestDecay;  // 1/s
+};
+constexpr std::array<BandScale, 3> kScales = {{{200.0, 1.5, -1.0, 45.0},
+                                               {800.0, 0.4, 10.0, 180.0},
+                                               {3200.0, 0.1, 35.0, 1200.0}}};
+
+constexpr double kHighestShare = 0.45;  // of the sampling rate
+constexpr double kNoiseWindow = 0.5;    // s
+constexpr double kLeastBackground = 0.04;  // s before the onset, to know the noise by
+constexpr double kLeakage = 3e-9;       // power that passes the filters from elsewhere
+constexpr double kQuantised = 8e-11;    // power of the rounding to 16 bits
+constexpr double kTailGap = 14.0;       // dB: a room's tail is fainter than the mode it follows
+constexpr double kHumShare = 0.3;       // of the amplitude: what was there before is no mode
+constexpr double kHumDecay = 1.5;       // 1/s: a steady tone decays less
+
+/// A mode as one band has found it.
+struct BandMode {
+  TapMode mode;
+  std::vector<double> amplitudes;  // at the onset, by tap
+  double length = 0.0;             // s, of the window
+  std::size_t scale = 0;
+  std::size_t band = 0;
+};
+
+double decibels(double ratio) {
+  return 10.0 * std::log10(std::max(ratio, 1e-30));
+}
+
+/// The density of the background of a tap over frequency.
+class NoiseDensity {
+ public:
+  explicit NoiseDensity(const TapSegment& tap) {
+    const auto window = static_cast<std::size_t>(kNoiseWindow * tap.sampleRate);
+    const auto least = static_cast<std::size_t>(kLeastBackground * tap.sampleRate);
+    std::span<const double> quiet = tap.before;
+    if (quiet.size() < least) quiet = tap.free().last(tap.free().size() / 4);
+    quiet = quiet.last(std::min(window, quiet.size()));
+    spectrum_ = ringSpectrum(quiet, quiet.size(), tap.sampleRate);
+    double power = 0.0;
+    const std::span<const double> loud =
+        tap.free().first(std::min(tap.free().size(), static_cast<std::size_t>(0.03 * tap.sampleRate)));
+    for (const double sample : loud)
+      power += sample * sample / static_cast<double>(loud.size());
+    leakage_ = kLeakage * power;
+    floor_ = 2.0 * kQuantised / tap.sampleRate;
+  }
+
+  /// Returns the variance of the noise in the outputs of a band: by the median, which lines of hum
+  /// and modes do not change.
+  double in(const Subband& band) const {
+    const auto from = static_cast<std::size_t>(
+        std::max(0.0, (band.centre() - 0.5 * band.width()) / spectrum_.step));
+    const auto to = std::min(spectrum_.power.size(),
+                             static_cast<std::size_t>((band.centre() + 0.5 * band.width()) /
+                                                      spectrum_.step) + 2);
+    std::vector<double> part(spectrum_.power.begin() + static_cast<std::ptrdiff_t>(std::min(from, to - 1)),
+                             spectrum_.power.begin() + static_cast<std::ptrdiff_t>(to));
+    const auto middle = part.begin() + static_cast<std::ptrdiff_t>(part.size() / 2);
+    std::nth_element(part.begin(), middle, part.end());
+    const double density = std::max(*middle / std::numbers::ln2, floor_);
+    return std::max(0.5 * density * band.noiseBandwidth(), leakage_);
+  }
+
+ private:
+  PowerSpectrum spectrum_;
+  double leakage_ = 0.0;
+  double floor_ = 0.0;
+};
+
+/// Makes a mode of a pole, or nothing where the band is not the one for it.
+bool toBandMode(const BandPole& pole, const Subband& band, const std::vector<TapSegment>& taps,
+                const BandScale& scale, BandMode& made) {
+  TapMode& mode = made.mode;
+  mode.frequency = band.centre() + pole.s.imag() / kTurn;
+  mode.decayRate = -pole.s.real();
+  if (std::abs(mode.frequency - band.centre()) > 0.51 * band.width()) return false;
+  if (mode.decayRate < scale.slowestDecay || mode.decayRate > scale.fastestDecay) return false;
+  if (mode.decayRate * pole.length < -0.2 || mode.decayRate > 0.5 * mode.frequency) return false;
+  mode.decayRate = std::max(mode.decayRate, 1e-3);
+  const std::complex<double> s(-mode.decayRate, kTurn * mode.frequency);
+  const double gain = std::abs(band.gain(s));
+  for (std::size_t tap = 0; tap < taps.size(); ++tap)
+    made.amplitudes.push_back(2.0 * std::abs(pole.amplitudes[tap]) / gain *
+                              std::exp(mode.decayRate * taps[tap].beginTime()));
+  // Energy over density: outputs are `rate` a second, and their noise fills the noise bandwidth.
+  const double ratio = pole.energyRatio * band.noiseBandwidth() / band.rate();
+  mode.overNoise = decibels(ratio);
+  mode.stability = pole.stability;
+  mode.bySubspace = true;
+  const double slow = std::max(mode.decayRate, 1.5 / pole.length);
+  mode.decayError = slow * std::sqrt(2.0 / std::max(ratio, 1e-3));
+  mode.frequencyError = mode.decayError / kTurn;
+  made.length = pole.length;
+  return true;
+}
+
+std::vector<BandMode> modesOfScale(const std::vector<TapSegment>& taps,
+                                   const std::vector<NoiseDensity>& noises, std::size_t scaleIndex,
+                                   const TapModeSettings& settings) {
+  const BandScale& scale = kScales[scaleIndex];
+  const double sampleRate = taps.front().sampleRate;
+  const double highest = std::min(settings.highest, kHighestShare * sampleRate);
+  std::vector<BandMode> found;
+  std::size_t index = 0;
+  for (double from = settings.lowest; from < highest; from += scale.width, ++index) {
+    const Subband band(from + 0.5 * scale.width, scale.width, sampleRate);
+    std::vector<BandSignal> signals;
+    for (std::size_t tap = 0; tap < taps.size(); ++tap)
+      signals.push_back({band.of(taps[tap].free(), static_cast<std::size_t>(scale.window * band.rate())),
+                         noises[tap].in(band)});
+    for (const BandPole& pole : subspaceModes(signals, band.rate())) {
+      BandMode mode;
+      mode.scale = scaleIndex;
+      mode.band = index;
+      if (toBandMode(pole, band, taps, scale, mode)) found.push_back(std::move(mode));
+    }
+  }
+  return found;
+}
+
+bool isDuplicate(const BandMode& mode, const BandMode& known) {
+  if (mode.scale == known.scale && mode.band == known.band) return false;
+  const double apart = std::abs(mode.mode.frequency - known.mode.frequency);
+  const double decay = std::max(mode.mode.decayRate, known.mode.decayRate);
+  if (mode.scale == known.scale) return apart < decay / kTurn + 0.3 / mode.length;
+  return apart < 2.0 * decay / kTurn + 0.7 / mode.length;
+}
+
+/// Joins what bands have found: of two that are one, that of the longer window stays, of equal ones
+/// the clearer.
+std::vector<BandMode> joinedModes(std::vector<BandMode> found) {
+  std::ranges::stable_sort(found, [](const BandMode& one, const BandMode& other) {
+    if (one.scale != other.scale) return one.scale < other.scale;
+    return one.mode.overNoise > other.mode.overNoise;
+  });
+  std::vector<BandMode> joined;
+  for (BandMode& mode : found) {
+    if (std::ranges::none_of(joined, [&](const BandMode& known) { return isDuplicate(mode, known); }))
+      joined.push_back(std::move(mode));
+  }
+  return joined;
+}
+
+/// Sets the levels, of each mode its highest over the taps, relative to the tap's strongest.
+void setLevels(std::vector<BandMode>& modes) {
+  if (modes.empty()) return;
+  std::vector<double> strongest(modes.front().amplitudes.size(), 1e-300);
+  for (const BandMode& mode : modes) {
+    for (std::size_t tap = 0; tap < strongest.size(); ++tap)
+      strongest[tap] = std::max(strongest[tap], mode.amplitudes[tap]);
+  }
+  for (BandMode& mode : modes) {
+    mode.mode.level = -300.0;
+    for (std::size_t tap = 0; tap < strongest.size(); ++tap)
+      mode.mode.level = std::max(
+          mode.mode.level, 2.0 * decibels(mode.amplitudes[tap] / strongest[tap]));
+  }
+}
+
+/// Returns the amplitude of a steady tone in the background, or nothing if that is too short.
+double toneBefore(const TapSegment& tap, double frequency) {
+  const auto longest = static_cast<std::size_t>(tap.sampleRate);
+  const std::span<const double> quiet =
+      std::span(tap.before).last(std::min(longest, tap.before.size()));
+  if (static_cast<double>(quiet.size()) < 0.15 * tap.sampleRate) return 0.0;
+  std::complex<double> sum = 0.0;
+  double weights = 0.0;
+  for (std::size_t at = 0; at < quiet.size(); ++at) {
+    const double share = (static_cast<double>(at) + 0.5) / static_cast<double>(quiet.size());
+    const double weight = 0.5 - 0.5 * std::cos(kTurn * share);
+    sum += weight * quiet[at] *
+           std::polar(1.0, -kTurn * frequency * static_cast<double>(at) / tap.sampleRate);
+    weights += weight;
+  }
+  return 2.0 * std::abs(sum) / weights;
+}
+
+/// True if the frequency is a harmonic of the mains.
+bool isMains(double frequency) {
+  const auto near = [frequency](double mains) {
+    return std::abs(frequency - mains * std::round(frequency / mains)) < 0.4;
+  };
+  return frequency > 45.0 && frequency < 1300.0 && (near(50.0) || near(60.0));
+}
+
+bool isHum(const BandMode& mode, const std::vector<TapSegment>& taps) {
+  if (mode.mode.decayRate > kHumDecay) return false;
+  for (std::size_t tap = 0; tap < taps.size(); ++tap) {
+    const double amplitude = toneBefore(taps[tap], mode.mode.frequency);
+    if (amplitude > kHumShare * mode.amplitudes[tap]) return true;
+  }
+  return isMains(mode.mode.frequency);
+}
+
+/// True if a fainter mode is what a room, or a fit that is not perfect, leaves beside another.
+bool isTail(const BandMode& mode, const BandMode& other) {
+  const double gap = other.mode.level - mode.mode.level;
+  const double apart = std::abs(mode.mode.frequency - other.mode.frequency);
+  const double wide = (other.mode.decayRate + mode.mode.decayRate) / kTurn;
+  if (gap > kTailGap && mode.mode.decayRate < other.mode.decayRate && apart < 3.0 * wide + 2.0)
+    return true;
+  return gap > 2.0 * kTailGap && apart < 3.0 * wide + 2.0;
+}
+
+void dropTails(std::vector<BandMode>& modes) {
+  std::vector<BandMode> kept;
+  for (const BandMode& mode : modes) {
+    if (std::ranges::none_of(modes, [&](const BandMode& other) { return isTail(mode, other); }))
+      kept.push_back(mode);
+  }
+  modes = std::move(kept);
+}
+
+double rampOf(double value, double low, double high) {
+  return std::clamp((value - low) / (high - low), 0.0, 1.0);
+}
+
+/// Sets the confidence: nothing counts for more than the height above the noise.
+void setConfidence(TapMode& mode) {
+  const double clear = rampOf(mode.overNoise, 8.0, 32.0);
+  double agreement = mode.byPeak ? 0.6 : 0.0;
+  if (mode.byPeak && mode.peakDecayRate > 0.0) {
+    const double ratio = mode.peakDecayRate / mode.decayRate;
+    if (ratio > 0.7 && ratio < 1.0 / 0.7) agreement = 1.0;
+  }
+  mode.confidence = clear * (0.25 + 0.4 * mode.stability + 0.35 * agreement);
+}
+
+/// Sets beside each mode the nearest plain peak, and returns the peaks that are left.
+std::vector<SpectralPeak> pairWithPeaks(std::vector<BandMode>& modes,
+                                        const std::vector<SpectralPeak>& peaks) {
+  std::vector<SpectralPeak> left;
+  for (const SpectralPeak& peak : peaks) {
+    bool isTaken = false;
+    for (BandMode& found : modes) {
+      const double reach = std::max(3.0, found.mode.decayRate / kTurn + 0.5 * peak.decayRate / kTurn);
+      if (std::abs(found.mode.frequency - peak.frequency) > reach) continue;
+      isTaken = true;
+      found.mode.byPeak = true;
+      found.mode.peakDecayRate = peak.decayRate;
+    }
+    if (!isTaken) left.push_back(peak);
+  }
+  return left;
+}
+
+/// Makes modes of the peaks that no subspace has found, for those are modes too where many lie in
+/// one band.
+void addPeakModes(const std::vector<SpectralPeak>& peaks, double strongest,
+                  std::vector<TapMode>& modes) {
+  for (const SpectralPeak& peak : peaks) {
+    if (!(peak.decayRate > 0.0) || peak.overNoise < 20.0) continue;
+    TapMode mode;
+    mode.frequency = peak.frequency;
+    mode.decayRate = peak.decayRate;
+    mode.level = decibels(peak.power / strongest);
+    mode.overNoise = peak.overNoise;
+    mode.frequencyError = 0.3 * std::max(1.0, peak.decayRate / kTurn);
+    mode.decayError = 0.3 * peak.decayRate;
+    mode.byPeak = true;
+    mode.peakDecayRate = peak.decayRate;
+    setConfidence(mode);
+    modes.push_back(mode);
+  }
+}
+
+std::size_t loudestTap(const std::vector<TapSegment>& taps) {
+  std::size_t loudest = 0;
+  double most = 0.0;
+  for (std::size_t tap = 0; tap < taps.size(); ++tap) {
+    double peak = 0.0;
+    for (const double sample : taps[tap].ring)
+      peak = std::max(peak, std::abs(sample));
+    if (peak > most) loudest = tap;
+    most = std::max(most, peak);
+  }
+  return loudest;
+}
+
+Status checkTaps(const std::vector<TapSegment>& taps) {
+  if (taps.empty()) return Error{"there is no tap; expected at least one"};
+  for (const TapSegment& tap : taps) {
+    if (tap.sampleRate != taps.front().sampleRate)
+      return Error{"the taps have different sampling rates; expected one for all"};
+  }
+  return std::monostate{};
+}
+
+}  // namespace
+
+Result<TapModes> tapModes(const std::vector<TapSegment>& taps, const TapModeSettings& settings) {
+  if (const Status valid = checkTaps(taps); !valid) return valid.error();
+  const std::vector<NoiseDensity> noises(taps.begin(), taps.end());
+  std::vector<BandMode> found;
+  for (std::size_t scale = 0; scale < kScales.size(); ++scale) {
+    std::vector<BandMode> more = modesOfScale(taps, noises, scale, settings);
+    std::ranges::move(more, std::back_inserter(found));
+  }
+  std::vector<BandMode> joined = joinedModes(std::move(found));
+  TapModes result;
+  std::erase_if(joined, [&](const BandMode& mode) {
+    const bool isSteady = isHum(mode, taps);
+    if (isSteady) result.hum.push_back(mode.mode.frequency);
+    return isSteady;
+  });
+  setLevels(joined);
+  dropTails(joined);
+  std::erase_if(joined, [&](const BandMode& mode) {
+    return mode.mode.level < settings.leastLevel || mode.mode.overNoise < settings.leastOverNoise;
+  });
+  const TapSegment& loudest = taps[loudestTap(taps)];
+  const double highest = std::min(settings.highest, kHighestShare * loudest.sampleRate);
+  std::vector<SpectralPeak> peaks = spectralPeaks(loudest, settings.lowest, highest);
+  std::erase_if(peaks, [&](const SpectralPeak& peak) {
+    return std::ranges::any_of(result.hum, [&](double hum) { return std::abs(hum - peak.frequency) < 3.0; });
+  });
+  double strongest = 1e-300;
+  for (const SpectralPeak& peak : peaks)
+    strongest = std::max(strongest, peak.power);
+  const std::vector<SpectralPeak> left = pairWithPeaks(joined, peaks);
+  for (BandMode& mode : joined) {
+    setConfidence(mode.mode);
+    result.modes.push_back(mode.mode);
+  }
+  addPeakModes(left, strongest, result.modes);
+  std::ranges::sort(result.modes, {}, &TapMode::frequency);
+  std::ranges::sort(result.hum);
+  if (result.modes.empty())
+    return Error{"nothing rings: no mode stands above the noise; expected a tap that rings"};
+  return result;
+}
+
+}  // namespace carom::lab
