@@ -16,7 +16,7 @@ namespace {
 constexpr double kPoissonStep = 0.08;
 constexpr double kLeastPoisson = 0.02;
 constexpr double kMostPoisson = 0.47;
-constexpr int kPoissonTrials = 4;        // on each side of the start
+constexpr int kPoissonTrials = 4;  // on each side of the start
 constexpr double kPoissonTrial = 0.05;
 constexpr double kWallStep = 0.08;      // of the wall
 constexpr double kMostWall = 0.35;      // of the wall: farther, sensitivities do not reach
@@ -70,8 +70,8 @@ std::vector<FrequencyPair> pairsOf(const std::vector<TapMode>& measured, const M
     FrequencyPair pair;
     pair.off = undampedLog(measured[mode]) - std::log(lines[line].frequency);
     const double relative = measured[mode].frequencyError / measured[mode].frequency;
-    pair.variance = relative * relative + std::pow(0.4 * lines[line].error, 2) +
-                    kLeastSpread * kLeastSpread;
+    pair.variance =
+        relative * relative + std::pow(0.4 * lines[line].error, 2) + kLeastSpread * kLeastSpread;
     pair.weight = measured[mode].confidence;
     pair.poisson = sensitivities.poisson[line];
     if (!sensitivities.wall.empty()) pair.wall = sensitivities.wall[line];
@@ -229,8 +229,8 @@ BodyParameters limited(BodyParameters parameters, const BodyFitSettings& setting
   return parameters;
 }
 
-/// Returns the change of Poisson's ratio with which the tap matches best, by the score less what the
-/// change costs.
+/// Returns the change of Poisson's ratio with which the tap matches best, by the score less what
+/// the change costs.
 double bestPoisson(const std::vector<TapMode>& measured, const std::vector<ComputedLine>& lines,
                    const Sensitivities& sensitivities, const BodyFitSettings& settings) {
   double best = 0.0;
@@ -286,8 +286,8 @@ Result<BodyFit> fitBody(const std::vector<TapMode>& measured, const BodyVariants
   if (!sensitivities) return sensitivities.error();
   const std::vector<ComputedLine> lines = linesOfModel(start->model);
   const double change = bestPoisson(measured, lines, *sensitivities, settings);
-  fit.match = matchUnordered(measured, moved(lines, *sensitivities, {0.0, change, 0.0}),
-                             settings.match);
+  fit.match =
+      matchUnordered(measured, moved(lines, *sensitivities, {0.0, change, 0.0}), settings.match);
   fit.factor = fit.match.factor;
   if (!fit.match.accepted) return fit;
   const LeastSquares best = refinedFit(fit, measured, lines, *sensitivities, settings);

@@ -2,11 +2,12 @@
 
 #include <vector>
 
-#include "carom/audio/modal_model.h"
-#include "carom/audio/result.h"
 #include "lab/fit/body_variants.h"
 #include "lab/fit/mode_match.h"
 #include "lab/fit/tap_modes.h"
+
+#include "carom/audio/modal_model.h"
+#include "carom/audio/result.h"
 
 namespace carom::lab {
 
@@ -23,8 +24,8 @@ struct BodyFitSettings {
 struct BodyFit {
   ModeMatch match;  ///< the first one, with the comparison with chance; the rest needs it accepted
   BodyVariant variant;
-  double factor = 1.0;         ///< measured over computed frequency
-  double factorError = 0.0;    ///< 1, relative standard deviation; with what else was free
+  double factor = 1.0;       ///< measured over computed frequency
+  double factorError = 0.0;  ///< 1, relative standard deviation; with what else was free
   bool isPoissonFitted = false;
   double poissonError = 0.0;
   double wallError = 0.0;  ///< m
@@ -32,7 +33,8 @@ struct BodyFit {
 };
 
 /// Fits factor, Poisson's ratio and wall. The first match is with the Poisson's ratio that matches
-/// best, as that moves twisting against bending by some percent. Errors: those of analyseMesh, kCancelled. [any thread]
+/// best, as that moves twisting against bending by some percent. Errors: those of analyseMesh,
+/// kCancelled. [any thread]
 Result<BodyFit> fitBody(const std::vector<TapMode>& measured, const BodyVariants& variants,
                         const BodyFitSettings& settings);
 

@@ -6,21 +6,21 @@
 #include <tuple>
 #include <utility>
 
+#include "lab/fit/damping_law.h"
+#include "lab/fit/wall_thickness.h"
 #include <Eigen/Dense>
 
 #include "carom/modal/mesh_analysis.h"
-#include "lab/fit/damping_law.h"
-#include "lab/fit/wall_thickness.h"
 
 namespace carom::lab {
 
 namespace {
 
-constexpr double kUnknownError = 0.01;      // of frequencies that come without one
+constexpr double kUnknownError = 0.01;  // of frequencies that come without one
 constexpr double kLeastError = 2e-3;
 constexpr std::size_t kComparedPoints = 250;
-constexpr std::size_t kReach = 6;           // places by which a mode may move
-constexpr double kSameShape = 0.5;          // assurance criterion
+constexpr std::size_t kReach = 6;   // places by which a mode may move
+constexpr double kSameShape = 0.5;  // assurance criterion
 
 /// Returns for each of a choice of points of one surface the nearest vertex of another.
 std::vector<std::pair<std::size_t, std::size_t>> commonPoints(const SurfaceMesh& one,
@@ -84,8 +84,7 @@ Result<ModalModel> BodyVariants::analysed(const BodyVariant& variant) const {
 std::vector<ComputedLine> linesOfModel(const ModalModel& model) {
   std::vector<ComputedLine> lines;
   for (const Mode& mode : model.modes)
-    lines.push_back(
-        {mode.frequency, std::max(frequencyErrorOf(mode, kUnknownError), kLeastError)});
+    lines.push_back({mode.frequency, std::max(frequencyErrorOf(mode, kUnknownError), kLeastError)});
   return lines;
 }
 

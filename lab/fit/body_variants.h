@@ -4,13 +4,14 @@
 #include <optional>
 #include <vector>
 
+#include "lab/fit/mode_match.h"
+
 #include "carom/audio/material.h"
 #include "carom/audio/modal_model.h"
 #include "carom/audio/result.h"
 #include "carom/audio/surface_mesh.h"
 #include "carom/modal/analysis_settings.h"
 #include "carom/modal/model_cache.h"
-#include "lab/fit/mode_match.h"
 
 namespace carom::lab {
 

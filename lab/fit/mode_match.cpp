@@ -12,18 +12,18 @@ namespace carom::lab {
 
 namespace {
 
-constexpr double kSpurious = -2.3;      // nats, of a measured mode without a partner: one in ten
-constexpr double kSpuriousAbove = -0.7; // nats, above all computed modes
-constexpr double kBeyond = 0.02;        // of log frequency: what is so far outside counts as outside
-constexpr double kUnheard = -0.08;      // nats, of a computed mode that was not heard
-constexpr double kBoundOverSigma = 2.0; // of an error: its bound over its standard deviation
+constexpr double kSpurious = -2.3;       // nats, of a measured mode without a partner: one in ten
+constexpr double kSpuriousAbove = -0.7;  // nats, above all computed modes
+constexpr double kBeyond = 0.02;    // of log frequency: what is so far outside counts as outside
+constexpr double kUnheard = -0.08;  // nats, of a computed mode that was not heard
+constexpr double kBoundOverSigma = 2.0;  // of an error: its bound over its standard deviation
 constexpr double kLeastSigma = 5e-4;
-constexpr double kFarthest = 3.0;       // standard deviations: what is farther is no pair
+constexpr double kFarthest = 3.0;  // standard deviations: what is farther is no pair
 constexpr std::size_t kMostMeasured = 45;
-constexpr std::size_t kAnchors = 9;     // measured modes that factors are tried with
-constexpr double kConfident = 0.3;      // less does not count
-constexpr double kFactorStep = 2e-3;    // of the logarithm: factors nearer to each other are one
-constexpr std::size_t kRefined = 6;     // factors
+constexpr std::size_t kAnchors = 9;   // measured modes that factors are tried with
+constexpr double kConfident = 0.3;    // less does not count
+constexpr double kFactorStep = 2e-3;  // of the logarithm: factors nearer to each other are one
+constexpr std::size_t kRefined = 6;   // factors
 constexpr int kRefinements = 4;
 
 /// A measured mode as the search sees it.
@@ -53,8 +53,8 @@ std::vector<MeasuredLine> linesOf(std::span<const TapMode> measured) {
     const TapMode& mode = measured[index];
     if (mode.confidence < kConfident) continue;
     const double undamped = std::hypot(mode.frequency, mode.decayRate / (2.0 * std::numbers::pi));
-    lines.push_back({std::log(undamped), mode.frequencyError / mode.frequency,
-                     mode.confidence, index});
+    lines.push_back(
+        {std::log(undamped), mode.frequencyError / mode.frequency, mode.confidence, index});
   }
   if (lines.size() > kMostMeasured) {
     std::ranges::stable_sort(lines, std::greater<>(), &MeasuredLine::weight);
@@ -69,14 +69,16 @@ void setDensities(std::vector<ComputedLog>& computed) {
     const std::size_t from = at > 3 ? at - 3 : 0;
     const std::size_t to = std::min(computed.size() - 1, at + 3);
     const double span = std::max(computed[to].log - computed[from].log, 1e-3);
-    computed[at].logDensity = std::log(static_cast<double>(std::max<std::size_t>(1, to - from)) / span);
+    computed[at].logDensity =
+        std::log(static_cast<double>(std::max<std::size_t>(1, to - from)) / span);
   }
 }
 
 std::vector<ComputedLog> logsOf(std::span<const ComputedLine> computed) {
   std::vector<ComputedLog> logs;
   for (const ComputedLine& line : computed)
-    logs.push_back({std::log(line.frequency), std::max(line.error / kBoundOverSigma, kLeastSigma), 0.0});
+    logs.push_back(
+        {std::log(line.frequency), std::max(line.error / kBoundOverSigma, kLeastSigma), 0.0});
   setDensities(logs);
   return logs;
 }
@@ -311,8 +313,8 @@ ModeMatch matchModes(std::span<const TapMode> measured, std::span<const Computed
     return match;
   }
   const std::vector<ComputedLog> logs = logsOf(computed);
-  const Assignment best = MatchSearch(lines, logs).best(std::log(settings.leastFactor),
-                                                        std::log(settings.mostFactor));
+  const Assignment best =
+      MatchSearch(lines, logs).best(std::log(settings.leastFactor), std::log(settings.mostFactor));
   if (best.partner.empty()) {
     match.reason = "no material makes a mode of the mesh one of the tap";
     return match;

@@ -39,10 +39,10 @@ struct ModeMatch {
   /// The index of the computed mode, for each measured one that has one.
   std::vector<std::optional<std::size_t>> computed;
   std::size_t matched = 0;
-  double explained = 0.0;      ///< 1, share of the measured modes below the highest computed one
-  double residual = 0.0;       ///< 1, weighted rms of measured over fitted frequency, less 1
-  double score = 0.0;          ///< nats, log likelihood ratio over a body with other ratios
-  double chanceScore = 0.0;    ///< nats, the mean of the best scores of scrambled bodies
+  double explained = 0.0;       ///< 1, share of the measured modes below the highest computed one
+  double residual = 0.0;        ///< 1, weighted rms of measured over fitted frequency, less 1
+  double score = 0.0;           ///< nats, log likelihood ratio over a body with other ratios
+  double chanceScore = 0.0;     ///< nats, the mean of the best scores of scrambled bodies
   double chanceDistance = 0.0;  ///< standard deviations of the score above chanceScore
 };
 

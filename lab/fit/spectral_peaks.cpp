@@ -7,20 +7,19 @@
 #include <cstddef>
 #include <numbers>
 
-#include <unsupported/Eigen/FFT>
-
 #include "lab/fit/subband.h"
+#include <unsupported/Eigen/FFT>
 
 namespace carom::lab {
 
 namespace {
 
-constexpr double kLongWindow = 0.5;    // s
-constexpr double kShortWindow = 0.06;  // s
-constexpr double kOverNoise = 10.0;    // dB
-constexpr double kOverMedian = 12.0;   // dB, above the spectrum around
-constexpr int kNeighbours = 3;         // bins that a peak exceeds on each side
-constexpr double kAround = 0.06;       // share of the frequency, for the median
+constexpr double kLongWindow = 0.5;      // s
+constexpr double kShortWindow = 0.06;    // s
+constexpr double kOverNoise = 10.0;      // dB
+constexpr double kOverMedian = 12.0;     // dB, above the spectrum around
+constexpr int kNeighbours = 3;           // bins that a peak exceeds on each side
+constexpr double kAround = 0.06;         // share of the frequency, for the median
 constexpr double kSlopeOverNoise = 8.0;  // of power: levels nearer to the noise do not count
 
 double decibels(double ratio) {
@@ -99,18 +98,18 @@ void addPeaks(const TapSegment& tap, double window, double lowest, double highes
   for (std::size_t at = static_cast<std::size_t>(lowest / step) + kNeighbours + 1;
        at + kNeighbours + 1 < ring.power.size() && static_cast<double>(at) * step < highest; ++at) {
     if (!isLocalMaximum(ring.power, at)) continue;
-    const auto reach = static_cast<std::size_t>(
-        std::max(20.0, kAround * static_cast<double>(at)));
+    const auto reach = static_cast<std::size_t>(std::max(20.0, kAround * static_cast<double>(at)));
     const std::size_t from = at > reach ? at - reach : 0;
     const std::size_t to = std::min(ring.power.size(), at + reach);
     const double around = medianBetween(ring.power, from, to);
     const double background =
         noise.power.size() == ring.power.size() ? medianBetween(noise.power, from, to) : around;
-    SpectralPeak peak{0.0, 0.0, ring.power[at], decibels(ring.power[at] / background)};
-    if (decibels(peak.power / around) < kOverMedian || peak.overNoise < kOverNoise) continue;
-    peak.frequency = step * (static_cast<double>(at) +
-                             parabolaTop(decibels(ring.power[at - 1]), decibels(ring.power[at]),
-                                         decibels(ring.power[at + 1])));
+    SpectralPeak peak{0.0, 0.0, ring.power[at], decibels(ring.power[at] / around),
+                      decibels(ring.power[at] / background)};
+    if (peak.overAround < kOverMedian || peak.overNoise < kOverNoise) continue;
+    peak.frequency = step * (static_cast<double>(at) + parabolaTop(decibels(ring.power[at - 1]),
+                                                                   decibels(ring.power[at]),
+                                                                   decibels(ring.power[at + 1])));
     const bool isKnown = std::ranges::any_of(peaks, [&](const SpectralPeak& known) {
       return std::abs(known.frequency - peak.frequency) < 1.5 / window;
     });
@@ -123,8 +122,7 @@ void addPeaks(const TapSegment& tap, double window, double lowest, double highes
 
 }  // namespace
 
-PowerSpectrum ringSpectrum(std::span<const double> samples, std::size_t window,
-                           double sampleRate) {
+PowerSpectrum ringSpectrum(std::span<const double> samples, std::size_t window, double sampleRate) {
   const std::size_t size = std::min(window, samples.size());
   std::vector<double> padded(2 * std::bit_ceil(std::max<std::size_t>(size, 2)), 0.0);
   double energy = 0.0;

@@ -12,12 +12,13 @@ struct SpectralPeak {
   double frequency = 0.0;   ///< Hz
   double decayRate = 0.0;   ///< 1/s, of the amplitude; 0: the slope could not be measured
   double power = 0.0;       ///< of the spectrum at the peak
+  double overAround = 0.0;  ///< dB, the peak above the median of the spectrum around
   double overNoise = 0.0;   ///< dB, the peak above the background
 };
 
 /// A one-sided power spectrum at equal steps from 0 Hz on.
 struct PowerSpectrum {
-  double step = 0.0;  ///< Hz
+  double step = 0.0;          ///< Hz
   std::vector<double> power;  ///< density, 1/Hz for full scale 1
 };
 

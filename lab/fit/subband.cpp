@@ -8,8 +8,8 @@ namespace carom::lab {
 
 namespace {
 
-constexpr double kRateShare = 1.6;   // output rate over the width of the band
-constexpr double kKaiser = 9.0;      // about 90 dB
+constexpr double kRateShare = 1.6;     // output rate over the width of the band
+constexpr double kKaiser = 9.0;        // about 90 dB
 constexpr double kKaiserLength = 5.7;  // samples times transition over rate, for that
 
 double besselI0(double x) {
@@ -46,12 +46,12 @@ Subband::Subband(double centre, double width, double sampleRate)
     : centre_(centre),
       width_(width),
       sampleRate_(sampleRate),
-      decimation_(static_cast<std::size_t>(
-          std::max(1.0, std::floor(sampleRate / (kRateShare * width))))) {
+      decimation_(
+          static_cast<std::size_t>(std::max(1.0, std::floor(sampleRate / (kRateShare * width))))) {
   rate_ = sampleRate / static_cast<double>(decimation_);
   const double transition = std::max(0.5 * (kRateShare - 1.0) * width, rate_ - width);
-  const auto half = static_cast<std::size_t>(std::ceil(0.5 * kKaiserLength * sampleRate /
-                                                       transition));
+  const auto half =
+      static_cast<std::size_t>(std::ceil(0.5 * kKaiserLength * sampleRate / transition));
   taps_ = lowPass(0.5 * rate_ / sampleRate, 2 * half + 1);
   double energy = 0.0;
   for (const double tap : taps_)
@@ -84,7 +84,8 @@ std::vector<std::complex<double>> Subband::of(std::span<const double> samples,
 }
 
 std::complex<double> Subband::gain(std::complex<double> s) const {
-  const std::complex<double> shifted = s - std::complex<double>(0.0, 2.0 * std::numbers::pi * centre_);
+  const std::complex<double> shifted =
+      s - std::complex<double>(0.0, 2.0 * std::numbers::pi * centre_);
   const std::complex<double> step = std::exp(shifted / sampleRate_);
   std::complex<double> power = 1.0;
   std::complex<double> sum = 0.0;

@@ -14,8 +14,8 @@ namespace {
 using Complex = std::complex<double>;
 using Eigen::Index;
 
-constexpr Index kMostRows = 90;        // of a Hankel matrix
-constexpr Index kMostPoles = 26;       // in one band
+constexpr Index kMostRows = 90;   // of a Hankel matrix
+constexpr Index kMostPoles = 26;  // in one band
 constexpr std::size_t kLeastOutputs = 14;
 constexpr double kNoiseReserve = 2.5;  // eigenvalue over the edge of those of noise
 constexpr double kNoisePower = 3.0;    // power over the noise where a ring is over
@@ -164,7 +164,8 @@ Eigen::MatrixXcd amplitudesOf(const BandWindow& window, const std::vector<Comple
   Eigen::MatrixXcd signals(window.count, static_cast<Index>(window.signals.size()));
   for (Index tap = 0; tap < signals.cols(); ++tap) {
     for (Index at = 0; at < window.count; ++at)
-      signals(at, tap) = window.signals[static_cast<std::size_t>(tap)][static_cast<std::size_t>(at)];
+      signals(at, tap) =
+          window.signals[static_cast<std::size_t>(tap)][static_cast<std::size_t>(at)];
   }
   return basis.colPivHouseholderQr().solve(signals);
 }
@@ -195,7 +196,8 @@ double stabilityOf(const Complex& pole, const std::vector<std::vector<Complex>>&
                    double length) {
   double found = 0.0;
   for (const std::vector<Complex>& poles : others) {
-    if (std::ranges::any_of(poles, [&](const Complex& other) { return isSame(pole, other, length); }))
+    if (std::ranges::any_of(poles,
+                            [&](const Complex& other) { return isSame(pole, other, length); }))
       found += 1.0;
   }
   return others.empty() ? 0.0 : found / static_cast<double>(others.size());
@@ -218,9 +220,8 @@ std::vector<BandPole> subspaceModes(const std::vector<BandSignal>& signals, doub
   if (order == 0) return {};
   std::vector<Complex> poles = polesOf(subspace, order, rate);
   const double length = static_cast<double>(window.count) / rate;
-  std::erase_if(poles, [&](const Complex& pole) {
-    return pole.real() * length > std::log(kMostGrowth);
-  });
+  std::erase_if(poles,
+                [&](const Complex& pole) { return pole.real() * length > std::log(kMostGrowth); });
   if (poles.empty()) return {};
   const Eigen::MatrixXcd amplitudes = amplitudesOf(window, poles, rate);
   const auto others = otherPoles(window, subspace, order, rate);

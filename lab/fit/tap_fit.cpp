@@ -6,10 +6,11 @@
 #include <numeric>
 #include <utility>
 
-#include "carom/modal/mesh_analysis.h"
 #include "lab/fit/body_fit.h"
 #include "lab/fit/body_variants.h"
 #include "lab/fit/wall_thickness.h"
+
+#include "carom/modal/mesh_analysis.h"
 
 namespace carom::lab {
 
@@ -18,14 +19,16 @@ namespace {
 constexpr double kSlowestSound = 250.0;    // m/s, sqrt(E / density) of cork, about
 constexpr double kFastestSound = 14000.0;  // m/s, more than diamond's in all but a few directions
 constexpr double kStartRange = 4.0;        // of Young's modulus, around one that is known
-constexpr double kAnalysedSound = 1500.0;  // m/s: a soft body, none of whose modes is out of hearing
-constexpr double kPoissonSpread = 0.1;     // of all solids, about 0.3
+constexpr double kAnalysedSound =
+    1500.0;  // m/s: a soft body, none of whose modes is out of hearing
+constexpr double kUsualPoisson = 0.28;
+constexpr double kPoissonSpread = 0.1;  // of all solids, about 0.3
 constexpr double kKnownPoissonSpread = 0.05;
-constexpr double kClearDecay = 22.0;       // dB above the noise, for a decay to count
+constexpr double kClearDecay = 22.0;  // dB above the noise, for a decay to count
 constexpr double kConfidentDecay = 0.45;
 constexpr double kLeastMaterialShare = 0.1;  // of a decay, where the radiation computed is more
-constexpr double kThinWall = 0.5;          // of the largest extent: more is no wall
-constexpr double kFinalRange = 0.03;       // of log factor, of the last match
+constexpr double kThinWall = 0.5;            // of the largest extent: more is no wall
+constexpr double kFinalRange = 0.03;         // of log factor, of the last match
 
 double undamped(const TapMode& mode) {
   return std::hypot(mode.frequency, mode.decayRate / (2.0 * std::numbers::pi));
@@ -101,12 +104,12 @@ void setDampingOf(TapFit& fit) {
         mode.measured.confidence < kConfidentDecay)
       continue;
     const double measured = mode.measured.decayRate;
-    const double rest =
-        std::max(measured - *mode.radiationDecay, kLeastMaterialShare * measured);
+    const double rest = std::max(measured - *mode.radiationDecay, kLeastMaterialShare * measured);
     const double error = mode.measured.decayError / measured;
     // A decay that is mostly radiation says little of the material.
     const double share = rest / measured;
-    decays.push_back({undamped(mode.measured), rest, share * share / (0.05 * 0.05 + error * error)});
+    decays.push_back(
+        {undamped(mode.measured), rest, share * share / (0.05 * 0.05 + error * error)});
   }
   fit.damping = fitDamping(decays);
   setDamping(fit.material, fit.damping.law);
@@ -132,7 +135,8 @@ void setModes(TapFit& fit, const std::vector<TapMode>& measured) {
 void sortModes(ModalModel& model, std::vector<FittedMode>& fitted) {
   std::vector<std::size_t> order(model.modes.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::ranges::stable_sort(order, {}, [&](std::size_t mode) { return model.modes[mode].frequency; });
+  std::ranges::stable_sort(order, {},
+                           [&](std::size_t mode) { return model.modes[mode].frequency; });
   const ModalModel before = model;
   const std::size_t numbers = 3 * model.surface.vertices.size();
   std::vector<std::size_t> place(order.size());
@@ -172,8 +176,7 @@ Status computeBody(TapFit& fit, const SurfaceMesh& mesh, const BodyFit& body,
   setDamping(undampedMaterial, {});
   MeshAnalysisSettings analysis;
   analysis.radiation = settings.radiation;
-  const SurfaceMesh walled =
-      body.variant.wall == 0.0 ? mesh : thickened(mesh, body.variant.wall);
+  const SurfaceMesh walled = body.variant.wall == 0.0 ? mesh : thickened(mesh, body.variant.wall);
   const SurfaceMesh surface = scaledMesh(walled, fit.scale);
   Result<MeshAnalysis> made = analyseMesh(surface, undampedMaterial, analysis, cache, progress);
   if (!made) return made.error();
@@ -197,15 +200,15 @@ Status computeBody(TapFit& fit, const SurfaceMesh& mesh, const BodyFit& body,
 }  // namespace
 
 Result<TapFit> fitTap(const std::vector<TapMode>& measured, const SurfaceMesh& mesh,
-                      const TapFitSettings& settings, ModelCache* cache,
-                      const Progress& progress) {
+                      const TapFitSettings& settings, ModelCache* cache, const Progress& progress) {
   const Material start = startOf(mesh, settings);
   Material analysed = start;
   analysed.youngsModulus = kAnalysedSound * kAnalysedSound * analysed.density;
   const std::size_t most = std::clamp<std::size_t>(3 * measured.size() / 2 + 10, 20, 60);
   const BodyVariants variants(mesh, analysed, most, cache, progress);
   BodyFitSettings bodySettings;
-  bodySettings.start.poissonsRatio = std::clamp(start.poissonsRatio, 0.02, 0.47);
+  bodySettings.start.poissonsRatio =
+      settings.isStartKnown ? std::clamp(start.poissonsRatio, 0.02, 0.47) : kUsualPoisson;
   bodySettings.poissonSpread = settings.isStartKnown ? kKnownPoissonSpread : kPoissonSpread;
   bodySettings.freeThickness = settings.freeThickness;
   bodySettings.wallThickness = settings.freeThickness ? wallThickness(mesh) : 0.0;

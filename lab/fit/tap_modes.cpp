@@ -25,18 +25,20 @@ struct BandScale {
   double slowestDecay;  // 1/s
   double fastestDecay;  // 1/s
 };
-constexpr std::array<BandScale, 3> kScales = {{{200.0, 1.5, -1.0, 45.0},
-                                               {800.0, 0.4, 10.0, 180.0},
-                                               {3200.0, 0.1, 35.0, 1200.0}}};
+constexpr std::array<BandScale, 3> kScales = {
+    {{200.0, 1.5, -1.0, 45.0}, {800.0, 0.4, 10.0, 180.0}, {3200.0, 0.1, 35.0, 1200.0}}};
 
-constexpr double kHighestShare = 0.45;  // of the sampling rate
-constexpr double kNoiseWindow = 0.5;    // s
+constexpr double kHighestShare = 0.45;     // of the sampling rate
+constexpr double kNoiseWindow = 0.5;       // s
 constexpr double kLeastBackground = 0.04;  // s before the onset, to know the noise by
-constexpr double kLeakage = 3e-9;       // power that passes the filters from elsewhere
-constexpr double kQuantised = 8e-11;    // power of the rounding to 16 bits
-constexpr double kTailGap = 14.0;       // dB: a room's tail is fainter than the mode it follows
-constexpr double kHumShare = 0.3;       // of the amplitude: what was there before is no mode
-constexpr double kHumDecay = 1.5;       // 1/s: a steady tone decays less
+constexpr double kLeakage = 3e-9;          // power that passes the filters from elsewhere
+constexpr double kQuantised = 8e-11;       // power of the rounding to 16 bits
+constexpr double kTailGap = 14.0;          // dB: a room's tail is fainter than the mode it follows
+constexpr std::array<double, 3> kBackgroundWindows = {0.5, 0.12, 0.03};  // s
+constexpr double kLeastAbove = 9.0;  // dB: less is what noise and rooms do by chance
+constexpr double kSurelyAbove = 18.0;
+constexpr double kHumShare = 0.3;  // of the amplitude: what was there before is no mode
+constexpr double kHumDecay = 1.5;  // 1/s: a steady tone decays less
 
 /// A mode as one band has found it.
 struct BandMode {
@@ -51,6 +53,14 @@ double decibels(double ratio) {
   return 10.0 * std::log10(std::max(ratio, 1e-30));
 }
 
+double medianOf(const std::vector<double>& values, std::size_t from, std::size_t to) {
+  std::vector<double> part(values.begin() + static_cast<std::ptrdiff_t>(from),
+                           values.begin() + static_cast<std::ptrdiff_t>(to));
+  const auto middle = part.begin() + static_cast<std::ptrdiff_t>(part.size() / 2);
+  std::nth_element(part.begin(), middle, part.end());
+  return *middle;
+}
+
 /// The density of the background of a tap over frequency.
 class NoiseDensity {
  public:
@@ -62,8 +72,8 @@ class NoiseDensity {
     quiet = quiet.last(std::min(window, quiet.size()));
     spectrum_ = ringSpectrum(quiet, quiet.size(), tap.sampleRate);
     double power = 0.0;
-    const std::span<const double> loud =
-        tap.free().first(std::min(tap.free().size(), static_cast<std::size_t>(0.03 * tap.sampleRate)));
+    const std::span<const double> loud = tap.free().first(
+        std::min(tap.free().size(), static_cast<std::size_t>(0.03 * tap.sampleRate)));
     for (const double sample : loud)
       power += sample * sample / static_cast<double>(loud.size());
     leakage_ = kLeakage * power;
@@ -75,14 +85,11 @@ class NoiseDensity {
   double in(const Subband& band) const {
     const auto from = static_cast<std::size_t>(
         std::max(0.0, (band.centre() - 0.5 * band.width()) / spectrum_.step));
-    const auto to = std::min(spectrum_.power.size(),
-                             static_cast<std::size_t>((band.centre() + 0.5 * band.width()) /
-                                                      spectrum_.step) + 2);
-    std::vector<double> part(spectrum_.power.begin() + static_cast<std::ptrdiff_t>(std::min(from, to - 1)),
-                             spectrum_.power.begin() + static_cast<std::ptrdiff_t>(to));
-    const auto middle = part.begin() + static_cast<std::ptrdiff_t>(part.size() / 2);
-    std::nth_element(part.begin(), middle, part.end());
-    const double density = std::max(*middle / std::numbers::ln2, floor_);
+    const auto to = std::min(
+        spectrum_.power.size(),
+        static_cast<std::size_t>((band.centre() + 0.5 * band.width()) / spectrum_.step) + 2);
+    const double median = medianOf(spectrum_.power, std::min(from, to - 1), to);
+    const double density = std::max(median / std::numbers::ln2, floor_);
     return std::max(0.5 * density * band.noiseBandwidth(), leakage_);
   }
 
@@ -90,6 +97,41 @@ class NoiseDensity {
   PowerSpectrum spectrum_;
   double leakage_ = 0.0;
   double floor_ = 0.0;
+};
+
+/// The spectra of a ring, by which modes are told from what is dense: noise and the tail of a room.
+class RingBackground {
+ public:
+  explicit RingBackground(const TapSegment& tap) {
+    for (const double window : kBackgroundWindows) {
+      const auto size = static_cast<std::size_t>(window * tap.sampleRate);
+      spectra_.push_back(ringSpectrum(tap.free(), size, tap.sampleRate));
+    }
+  }
+
+  /// Returns how far (dB) the spectrum at the mode stands above its median around, with the window
+  /// that fits its decay.
+  double above(double frequency, double decayRate) const {
+    std::size_t best = 0;
+    for (std::size_t window = 1; window < kBackgroundWindows.size(); ++window) {
+      if (kBackgroundWindows.at(window) * decayRate > 1.5) best = window;
+    }
+    const PowerSpectrum& spectrum = spectra_[best];
+    const double around = std::max(0.06 * frequency, 12.0 / kBackgroundWindows.at(best));
+    const auto binOf = [&](double at) {
+      const double bin =
+          std::clamp(at / spectrum.step, 1.0, static_cast<double>(spectrum.power.size()) - 2.0);
+      return static_cast<std::size_t>(std::lround(bin));
+    };
+    const std::size_t middle = binOf(frequency);
+    const double peak =
+        std::max({spectrum.power[middle - 1], spectrum.power[middle], spectrum.power[middle + 1]});
+    return decibels(
+        peak / medianOf(spectrum.power, binOf(frequency - around), binOf(frequency + around) + 1));
+  }
+
+ private:
+  std::vector<PowerSpectrum> spectra_;
 };
 
 /// Makes a mode of a pole, or nothing where the band is not the one for it.
@@ -131,8 +173,9 @@ std::vector<BandMode> modesOfScale(const std::vector<TapSegment>& taps,
     const Subband band(from + 0.5 * scale.width, scale.width, sampleRate);
     std::vector<BandSignal> signals;
     for (std::size_t tap = 0; tap < taps.size(); ++tap)
-      signals.push_back({band.of(taps[tap].free(), static_cast<std::size_t>(scale.window * band.rate())),
-                         noises[tap].in(band)});
+      signals.push_back(
+          {band.of(taps[tap].free(), static_cast<std::size_t>(scale.window * band.rate())),
+           noises[tap].in(band)});
     for (const BandPole& pole : subspaceModes(signals, band.rate())) {
       BandMode mode;
       mode.scale = scaleIndex;
@@ -160,7 +203,8 @@ std::vector<BandMode> joinedModes(std::vector<BandMode> found) {
   });
   std::vector<BandMode> joined;
   for (BandMode& mode : found) {
-    if (std::ranges::none_of(joined, [&](const BandMode& known) { return isDuplicate(mode, known); }))
+    if (std::ranges::none_of(joined,
+                             [&](const BandMode& known) { return isDuplicate(mode, known); }))
       joined.push_back(std::move(mode));
   }
   return joined;
@@ -177,8 +221,8 @@ void setLevels(std::vector<BandMode>& modes) {
   for (BandMode& mode : modes) {
     mode.mode.level = -300.0;
     for (std::size_t tap = 0; tap < strongest.size(); ++tap)
-      mode.mode.level = std::max(
-          mode.mode.level, 2.0 * decibels(mode.amplitudes[tap] / strongest[tap]));
+      mode.mode.level =
+          std::max(mode.mode.level, 2.0 * decibels(mode.amplitudes[tap] / strongest[tap]));
   }
 }
 
@@ -248,7 +292,8 @@ void setConfidence(TapMode& mode) {
     const double ratio = mode.peakDecayRate / mode.decayRate;
     if (ratio > 0.7 && ratio < 1.0 / 0.7) agreement = 1.0;
   }
-  mode.confidence = clear * (0.25 + 0.4 * mode.stability + 0.35 * agreement);
+  const double single = 0.2 + 0.8 * rampOf(mode.overAround, kLeastAbove, kSurelyAbove);
+  mode.confidence = clear * single * (0.25 + 0.4 * mode.stability + 0.35 * agreement);
 }
 
 /// Sets beside each mode the nearest plain peak, and returns the peaks that are left.
@@ -258,7 +303,8 @@ std::vector<SpectralPeak> pairWithPeaks(std::vector<BandMode>& modes,
   for (const SpectralPeak& peak : peaks) {
     bool isTaken = false;
     for (BandMode& found : modes) {
-      const double reach = std::max(3.0, found.mode.decayRate / kTurn + 0.5 * peak.decayRate / kTurn);
+      const double reach =
+          std::max(3.0, found.mode.decayRate / kTurn + 0.5 * peak.decayRate / kTurn);
       if (std::abs(found.mode.frequency - peak.frequency) > reach) continue;
       isTaken = true;
       found.mode.byPeak = true;
@@ -280,12 +326,23 @@ void addPeakModes(const std::vector<SpectralPeak>& peaks, double strongest,
     mode.decayRate = peak.decayRate;
     mode.level = decibels(peak.power / strongest);
     mode.overNoise = peak.overNoise;
+    mode.overAround = peak.overAround;
     mode.frequencyError = 0.3 * std::max(1.0, peak.decayRate / kTurn);
     mode.decayError = 0.3 * peak.decayRate;
     mode.byPeak = true;
     mode.peakDecayRate = peak.decayRate;
     setConfidence(mode);
     modes.push_back(mode);
+  }
+}
+
+void setAround(std::vector<BandMode>& modes, const std::vector<TapSegment>& taps) {
+  const std::vector<RingBackground> backgrounds(taps.begin(), taps.end());
+  for (BandMode& mode : modes) {
+    mode.mode.overAround = 0.0;
+    for (const RingBackground& background : backgrounds)
+      mode.mode.overAround = std::max(mode.mode.overAround,
+                                      background.above(mode.mode.frequency, mode.mode.decayRate));
   }
 }
 
@@ -329,15 +386,18 @@ Result<TapModes> tapModes(const std::vector<TapSegment>& taps, const TapModeSett
     return isSteady;
   });
   setLevels(joined);
+  setAround(joined, taps);
   dropTails(joined);
   std::erase_if(joined, [&](const BandMode& mode) {
+    if (mode.mode.overAround < kLeastAbove) return true;
     return mode.mode.level < settings.leastLevel || mode.mode.overNoise < settings.leastOverNoise;
   });
   const TapSegment& loudest = taps[loudestTap(taps)];
   const double highest = std::min(settings.highest, kHighestShare * loudest.sampleRate);
   std::vector<SpectralPeak> peaks = spectralPeaks(loudest, settings.lowest, highest);
   std::erase_if(peaks, [&](const SpectralPeak& peak) {
-    return std::ranges::any_of(result.hum, [&](double hum) { return std::abs(hum - peak.frequency) < 3.0; });
+    return std::ranges::any_of(result.hum,
+                               [&](double hum) { return std::abs(hum - peak.frequency) < 3.0; });
   });
   double strongest = 1e-300;
   for (const SpectralPeak& peak : peaks)

@@ -53,7 +53,8 @@ double medianOf(std::vector<double> values) {
 
 /// Returns the stretch in which the loudest blow begins.
 std::size_t onsetOf(const std::vector<double>& levels, std::size_t loudest) {
-  std::vector<double> earlier(levels.begin(), levels.begin() + static_cast<std::ptrdiff_t>(loudest));
+  std::vector<double> earlier(levels.begin(),
+                              levels.begin() + static_cast<std::ptrdiff_t>(loudest));
   const double background = earlier.size() > 10 ? medianOf(std::move(earlier)) : 0.0;
   const double least = std::max(4.0 * background, kOnsetShare * levels[loudest]);
   std::size_t onset = loudest;
@@ -110,8 +111,7 @@ Status checkFormat(const SF_INFO& info, const std::string& name) {
   std::ostringstream why;
   const double seconds = static_cast<double>(info.frames) / info.samplerate;
   if (info.samplerate < static_cast<int>(kLowestTapRate)) {
-    why << info.samplerate << " samples a second are too few; expected at least "
-        << kLowestTapRate;
+    why << info.samplerate << " samples a second are too few; expected at least " << kLowestTapRate;
   } else if (seconds < kShortestTap) {
     why << "a sound of " << 1e3 * seconds << " ms is too short; expected at least "
         << 1e3 * kShortestTap << " ms";
@@ -134,8 +134,8 @@ Result<TapRecording> readTap(const std::filesystem::path& file) {
   if (std::filesystem::is_directory(file, ignored))
     return refusal(name, "it is a folder; expected a sound file");
   SF_INFO info = {};
-  const std::unique_ptr<SNDFILE, int (*)(SNDFILE*)> sound(
-      sf_open(file.c_str(), SFM_READ, &info), &sf_close);
+  const std::unique_ptr<SNDFILE, int (*)(SNDFILE*)> sound(sf_open(file.c_str(), SFM_READ, &info),
+                                                          &sf_close);
   if (!sound) return refusal(name, "it is not a sound file that can be read; expected WAV or FLAC");
   if (const Status valid = checkFormat(info, name); !valid) return valid.error();
   const auto channels = static_cast<std::size_t>(info.channels);
@@ -164,17 +164,16 @@ Result<TapSegment> findTap(std::span<const double> samples, double sampleRate) {
     sample -= mean;
   const std::vector<double> levels = powers(centred, hop);
   if (levels.empty()) return Error{"it is too short; expected at least 50 ms"};
-  const auto loudest =
-      static_cast<std::size_t>(std::ranges::max_element(levels) - levels.begin());
+  const auto loudest = static_cast<std::size_t>(std::ranges::max_element(levels) - levels.begin());
   const std::size_t onset = onsetOf(levels, loudest);
   if (!(levels[loudest] > 0.0) || !risesOrFalls(levels, onset, loudest))
     return Error{"there is no onset; expected a tap that stands 10 dB above what is before it"};
   TapSegment tap;
   tap.sampleRate = sampleRate;
   const std::size_t first = onset * hop;
-  const std::size_t end =
-      endOf(levels, onset, loudest) == levels.size() ? samples.size()
-                                                     : endOf(levels, onset, loudest) * hop;
+  const std::size_t end = endOf(levels, onset, loudest) == levels.size()
+                              ? samples.size()
+                              : endOf(levels, onset, loudest) * hop;
   tap.onset = static_cast<double>(first) / sampleRate;
   tap.ring.assign(centred.begin() + static_cast<std::ptrdiff_t>(first),
                   centred.begin() + static_cast<std::ptrdiff_t>(end));
@@ -182,10 +181,10 @@ Result<TapSegment> findTap(std::span<const double> samples, double sampleRate) {
   if (first > margin)
     tap.before.assign(centred.begin(),
                       centred.begin() + static_cast<std::ptrdiff_t>(first - margin));
-  const std::size_t clippedEnd = clippedUntil(
-      tap.ring, static_cast<std::size_t>(kClipSearch * sampleRate), tap.clipped);
-  const std::size_t blow = (loudest - onset + 1) * hop +
-                           static_cast<std::size_t>(kBlow * sampleRate);
+  const std::size_t clippedEnd =
+      clippedUntil(tap.ring, static_cast<std::size_t>(kClipSearch * sampleRate), tap.clipped);
+  const std::size_t blow =
+      (loudest - onset + 1) * hop + static_cast<std::size_t>(kBlow * sampleRate);
   tap.begin = std::max(std::min(blow, static_cast<std::size_t>(0.02 * sampleRate)), clippedEnd);
   if (static_cast<double>(tap.ring.size()) < kShortestTap * sampleRate ||
       tap.begin + hop * 20 > tap.ring.size())

@@ -11,14 +11,14 @@
 namespace carom::lab {
 
 /// The limits of a recording that can be analysed.
-inline constexpr double kShortestTap = 0.05;     ///< s
-inline constexpr double kLowestTapRate = 8000;   ///< Hz
-inline constexpr double kLongestTapFile = 600;   ///< s
+inline constexpr double kShortestTap = 0.05;    ///< s
+inline constexpr double kLowestTapRate = 8000;  ///< Hz
+inline constexpr double kLongestTapFile = 600;  ///< s
 
 /// A sound file with a tap in it.
 struct TapRecording {
-  std::string name;         ///< of the file, for messages
-  double sampleRate = 0.0;  ///< Hz
+  std::string name;                           ///< of the file, for messages
+  double sampleRate = 0.0;                    ///< Hz
   std::vector<std::vector<double>> channels;  ///< 1.0: full scale
 };
 

@@ -39,8 +39,8 @@ std::vector<double> areasUpTo(const SurfaceMesh& mesh) {
   std::vector<double> sums;
   double sum = 0.0;
   for (const auto& [a, b, c] : mesh.triangles) {
-    const Vec3 normal = (mesh.vertices[b] - mesh.vertices[a])
-                            .cross(mesh.vertices[c] - mesh.vertices[a]);
+    const Vec3 normal =
+        (mesh.vertices[b] - mesh.vertices[a]).cross(mesh.vertices[c] - mesh.vertices[a]);
     sum += 0.5 * normal.norm();
     sums.push_back(sum);
   }
@@ -54,8 +54,7 @@ double thicknessAt(const SurfaceMesh& mesh, std::size_t triangle) {
       (mesh.vertices[b] - mesh.vertices[a]).cross(mesh.vertices[c] - mesh.vertices[a]);
   const Vec3 inward = -normal.normalized();
   // Not the very middle, which may lie above an edge of the other side.
-  const Vec3 from =
-      0.37 * mesh.vertices[a] + 0.34 * mesh.vertices[b] + 0.29 * mesh.vertices[c];
+  const Vec3 from = 0.37 * mesh.vertices[a] + 0.34 * mesh.vertices[b] + 0.29 * mesh.vertices[c];
   double nearest = std::numeric_limits<double>::infinity();
   for (std::size_t other = 0; other < mesh.triangles.size(); ++other) {
     if (other == triangle) continue;
