@@ -24,21 +24,30 @@ struct BandScale {
   double window;        // s, at most
   double slowestDecay;  // 1/s
   double fastestDecay;  // 1/s
+  double delay;         // s, for the early reflections to come in, each of which is an onset
 };
-constexpr std::array<BandScale, 3> kScales = {
-    {{200.0, 1.5, -1.0, 45.0}, {800.0, 0.4, 10.0, 180.0}, {3200.0, 0.1, 35.0, 1200.0}}};
+constexpr std::array<BandScale, 5> kScales = {{{200.0, 1.5, -1.0, 45.0, 0.025},
+                                               {800.0, 0.4, 8.0, 90.0, 0.012},
+                                               {800.0, 0.12, 22.0, 200.0, 0.005},
+                                               {3200.0, 0.1, 40.0, 250.0, 0.0},
+                                               {3200.0, 0.03, 90.0, 1500.0, 0.0}}};
+constexpr double kFittingWindow = 6.0;  // time constants in a window that fits a mode
 
 constexpr double kHighestShare = 0.45;     // of the sampling rate
 constexpr double kNoiseWindow = 0.5;       // s
 constexpr double kLeastBackground = 0.04;  // s before the onset, to know the noise by
 constexpr double kLeakage = 3e-9;          // power that passes the filters from elsewhere
 constexpr double kQuantised = 8e-11;       // power of the rounding to 16 bits
-constexpr double kTailGap = 14.0;          // dB: a room's tail is fainter than the mode it follows
+constexpr double kTailGap = 6.0;           // dB: what is less faint than that is no tail
+constexpr double kReflections = 0.6;       // amplitude of early reflections, and a reserve
 constexpr std::array<double, 3> kBackgroundWindows = {0.5, 0.12, 0.03};  // s
 constexpr double kLeastAbove = 9.0;  // dB: less is what noise and rooms do by chance
 constexpr double kSurelyAbove = 18.0;
-constexpr double kHumShare = 0.3;  // of the amplitude: what was there before is no mode
-constexpr double kHumDecay = 1.5;  // 1/s: a steady tone decays less
+constexpr double kFallWidth = 3.0;   // Hz of a band for 1/s of decay: it follows the fall
+constexpr double kLeastFall = 12.0;  // dB; 22 where nothing else rings
+constexpr double kShadow = 5.0;      // half widths of a quick mode, where its room rings on
+constexpr double kHumShare = 0.3;    // of the amplitude: what was there before is no mode
+constexpr double kHumDecay = 1.5;    // 1/s: a steady tone decays less
 
 /// A mode as one band has found it.
 struct BandMode {
@@ -134,6 +143,12 @@ class RingBackground {
   std::vector<PowerSpectrum> spectra_;
 };
 
+/// Returns how many samples later a scale begins in a tap.
+std::size_t delayOf(const TapSegment& tap, const BandScale& scale) {
+  const auto delay = static_cast<std::size_t>(scale.delay * tap.sampleRate);
+  return std::min(delay, tap.free().size() / 8);
+}
+
 /// Makes a mode of a pole, or nothing where the band is not the one for it.
 bool toBandMode(const BandPole& pole, const Subband& band, const std::vector<TapSegment>& taps,
                 const BandScale& scale, BandMode& made) {
@@ -147,8 +162,11 @@ bool toBandMode(const BandPole& pole, const Subband& band, const std::vector<Tap
   const std::complex<double> s(-mode.decayRate, kTurn * mode.frequency);
   const double gain = std::abs(band.gain(s));
   for (std::size_t tap = 0; tap < taps.size(); ++tap)
-    made.amplitudes.push_back(2.0 * std::abs(pole.amplitudes[tap]) / gain *
-                              std::exp(mode.decayRate * taps[tap].beginTime()));
+    made.amplitudes.push_back(
+        2.0 * std::abs(pole.amplitudes[tap]) / gain *
+        std::exp(mode.decayRate *
+                 (taps[tap].beginTime() +
+                  static_cast<double>(delayOf(taps[tap], scale)) / taps[tap].sampleRate)));
   // Energy over density: outputs are `rate` a second, and their noise fills the noise bandwidth.
   const double ratio = pole.energyRatio * band.noiseBandwidth() / band.rate();
   mode.overNoise = decibels(ratio);
@@ -173,9 +191,9 @@ std::vector<BandMode> modesOfScale(const std::vector<TapSegment>& taps,
     const Subband band(from + 0.5 * scale.width, scale.width, sampleRate);
     std::vector<BandSignal> signals;
     for (std::size_t tap = 0; tap < taps.size(); ++tap)
-      signals.push_back(
-          {band.of(taps[tap].free(), static_cast<std::size_t>(scale.window * band.rate())),
-           noises[tap].in(band)});
+      signals.push_back({band.of(taps[tap].free().subspan(delayOf(taps[tap], scale)),
+                                 static_cast<std::size_t>(scale.window * band.rate())),
+                         noises[tap].in(band)});
     for (const BandPole& pole : subspaceModes(signals, band.rate())) {
       BandMode mode;
       mode.scale = scaleIndex;
@@ -194,11 +212,63 @@ bool isDuplicate(const BandMode& mode, const BandMode& known) {
   return apart < 2.0 * decay / kTurn + 0.7 / mode.length;
 }
 
-/// Joins what bands have found: of two that are one, that of the longer window stays, of equal ones
-/// the clearer.
-std::vector<BandMode> joinedModes(std::vector<BandMode> found) {
-  std::ranges::stable_sort(found, [](const BandMode& one, const BandMode& other) {
-    if (one.scale != other.scale) return one.scale < other.scale;
+/// Returns by how much (dB) the level around a mode falls from its first time constant to the
+/// third.
+double fallOf(const TapSegment& tap, const TapMode& mode) {
+  const Subband band(mode.frequency, kFallWidth * mode.decayRate, tap.sampleRate);
+  const double constant = band.rate() / mode.decayRate;  // outputs
+  const std::vector<std::complex<double>> outputs =
+      band.of(tap.free(), static_cast<std::size_t>(3.5 * constant) + 1);
+  const auto power = [&](double from, double to) {
+    double sum = 0.0;
+    double count = 0.0;
+    for (auto at = static_cast<std::size_t>(from * constant);
+         at < std::min(outputs.size(), static_cast<std::size_t>(to * constant) + 1); ++at) {
+      sum += std::norm(outputs[at]);
+      count += 1.0;
+    }
+    return count > 0.0 ? sum / count : 0.0;
+  };
+  const double late = power(2.3, 3.3);
+  return late > 0.0 ? decibels(power(0.0, 0.6) / late) : 0.0;
+}
+
+/// True for a quick mode that is surely one: its ring is over within the window, and its band does
+/// fall as fast. Many slow modes that run out of step look like a quick one for a while, but do
+/// not.
+bool isSurelyQuick(const BandMode& mode, const std::vector<TapSegment>& taps) {
+  if (mode.scale == 0 || mode.mode.overNoise < 22.0 || mode.mode.stability < 0.6) return false;
+  if (mode.mode.decayRate * kScales.at(mode.scale).window < 2.5) return false;
+  const auto loudest = std::ranges::max_element(mode.amplitudes) - mode.amplitudes.begin();
+  return fallOf(taps[static_cast<std::size_t>(loudest)], mode.mode) > kLeastFall;
+}
+
+/// True if a mode is what the room makes of a quicker one.
+bool isShadow(const BandMode& mode, const BandMode& quick) {
+  const double apart = std::abs(mode.mode.frequency - quick.mode.frequency);
+  return mode.mode.decayRate < 0.7 * quick.mode.decayRate &&
+         mode.mode.overNoise < quick.mode.overNoise - 3.0 &&
+         apart < kShadow * quick.mode.decayRate / kTurn;
+}
+
+/// Joins what bands have found: quick modes that are sure come first, for a room rings on where
+/// they were; of two that are one, that of the window that fits its decay stays, of equal ones the
+/// clearer.
+std::vector<BandMode> joinedModes(std::vector<BandMode> found,
+                                  const std::vector<TapSegment>& taps) {
+  std::vector<BandMode> quick;
+  for (const BandMode& mode : found) {
+    if (isSurelyQuick(mode, taps)) quick.push_back(mode);
+  }
+  std::erase_if(found, [&](const BandMode& mode) {
+    return std::ranges::any_of(quick, [&](const BandMode& one) { return isShadow(mode, one); });
+  });
+  const auto misfit = [](const BandMode& mode) {
+    const double constants = mode.mode.decayRate * kScales.at(mode.scale).window;
+    return std::lround(3.0 * std::abs(std::log(std::max(constants, 0.01) / kFittingWindow)));
+  };
+  std::ranges::stable_sort(found, [&](const BandMode& one, const BandMode& other) {
+    if (misfit(one) != misfit(other)) return misfit(one) < misfit(other);
     return one.mode.overNoise > other.mode.overNoise;
   });
   std::vector<BandMode> joined;
@@ -261,14 +331,15 @@ bool isHum(const BandMode& mode, const std::vector<TapSegment>& taps) {
   return isMains(mode.mode.frequency);
 }
 
-/// True if a fainter mode is what a room, or a fit that is not perfect, leaves beside another.
+/// True if a fainter mode is what a room, or a fit that is not perfect, leaves beside another: its
+/// peak does not stand above the skirt that the stronger one's onset and its reflections have.
 bool isTail(const BandMode& mode, const BandMode& other) {
   const double gap = other.mode.level - mode.mode.level;
+  if (gap < kTailGap) return false;
   const double apart = std::abs(mode.mode.frequency - other.mode.frequency);
-  const double wide = (other.mode.decayRate + mode.mode.decayRate) / kTurn;
-  if (gap > kTailGap && mode.mode.decayRate < other.mode.decayRate && apart < 3.0 * wide + 2.0)
-    return true;
-  return gap > 2.0 * kTailGap && apart < 3.0 * wide + 2.0;
+  const double wide = std::max(apart, other.mode.decayRate / kTurn);
+  const double skirt = std::pow(10.0, gap / 20.0) * kReflections / (kTurn * wide);
+  return 1.0 / mode.mode.decayRate < skirt;
 }
 
 void dropTails(std::vector<BandMode>& modes) {
@@ -321,6 +392,11 @@ void addPeakModes(const std::vector<SpectralPeak>& peaks, double strongest,
                   std::vector<TapMode>& modes) {
   for (const SpectralPeak& peak : peaks) {
     if (!(peak.decayRate > 0.0) || peak.overNoise < 20.0) continue;
+    const bool isBeside = std::ranges::any_of(modes, [&](const TapMode& known) {
+      return known.bySubspace && known.decayRate > peak.decayRate &&
+             std::abs(known.frequency - peak.frequency) < kShadow * known.decayRate / kTurn;
+    });
+    if (isBeside) continue;
     TapMode mode;
     mode.frequency = peak.frequency;
     mode.decayRate = peak.decayRate;
@@ -378,7 +454,7 @@ Result<TapModes> tapModes(const std::vector<TapSegment>& taps, const TapModeSett
     std::vector<BandMode> more = modesOfScale(taps, noises, scale, settings);
     std::ranges::move(more, std::back_inserter(found));
   }
-  std::vector<BandMode> joined = joinedModes(std::move(found));
+  std::vector<BandMode> joined = joinedModes(std::move(found), taps);
   TapModes result;
   std::erase_if(joined, [&](const BandMode& mode) {
     const bool isSteady = isHum(mode, taps);

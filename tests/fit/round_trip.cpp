@@ -236,7 +236,8 @@ RoundTripRow rowOf(std::size_t index, const RoundTripOptions& options, ModelCach
   if (options.isListed) listModes(*found, modes);
   row.found = found->modes.size();
   TapFitSettings settings;
-  settings.start = *findMaterial("ceramic");
+  settings.start = *findMaterial(object.material.name);  // what a user would say that it is
+  settings.isStartKnown = true;
   settings.mass = object.material.density * signedVolume(object.mesh);
   settings.radiation.panels = 400;
   const auto fit = fitTap(found->modes, object.mesh, settings, &cache);
