@@ -21,12 +21,12 @@ struct ComputedLine {
 struct ModeMatchSettings {
   double leastFactor = 0.1;
   double mostFactor = 10.0;
-  double leastExplained = 0.6;   ///< share of the confident measured modes, by confidence
+  double leastExplained = 0.4;   ///< share of the confident measured modes, by confidence
   std::size_t leastMatched = 4;  ///< modes
   /// Scrambled bodies that the match is compared with, and the number of standard deviations by
   /// which it has to stand above them. 0 scrambles: no comparison.
   std::size_t scrambles = 120;
-  double leastDistance = 3.5;
+  double leastDistance = 4.0;
   std::uint32_t seed = 1;  ///< of the scrambles
 };
 

@@ -39,6 +39,7 @@ constexpr double kLeastBackground = 0.04;  // s before the onset, to know the no
 constexpr double kLeakage = 3e-9;          // power that passes the filters from elsewhere
 constexpr double kQuantised = 8e-11;       // power of the rounding to 16 bits
 constexpr double kTailGap = 6.0;           // dB: what is less faint than that is no tail
+constexpr double kClearOfSkirts = 14.0;    // dB
 constexpr double kReflections = 0.6;       // amplitude of early reflections, and a reserve
 constexpr std::array<double, 3> kBackgroundWindows = {0.5, 0.12, 0.03};  // s
 constexpr double kLeastAbove = 9.0;  // dB: less is what noise and rooms do by chance
@@ -331,15 +332,28 @@ bool isHum(const BandMode& mode, const std::vector<TapSegment>& taps) {
   return isMains(mode.mode.frequency);
 }
 
-/// True if a fainter mode is what a room, or a fit that is not perfect, leaves beside another: its
-/// peak does not stand above the skirt that the stronger one's onset and its reflections have.
-bool isTail(const BandMode& mode, const BandMode& other) {
+/// Returns how far (dB) the peak of a mode stands above the skirt that another one's onset, its
+/// reflections and the tail of the room leave there.
+double overSkirt(const BandMode& mode, const BandMode& other) {
   const double gap = other.mode.level - mode.mode.level;
-  if (gap < kTailGap) return false;
   const double apart = std::abs(mode.mode.frequency - other.mode.frequency);
   const double wide = std::max(apart, other.mode.decayRate / kTurn);
   const double skirt = std::pow(10.0, gap / 20.0) * kReflections / (kTurn * wide);
-  return 1.0 / mode.mode.decayRate < skirt;
+  return -2.0 * decibels(mode.mode.decayRate * skirt);
+}
+
+/// True if a fainter mode is what a room, or a fit that is not perfect, leaves beside another.
+bool isTail(const BandMode& mode, const BandMode& other) {
+  return other.mode.level - mode.mode.level > kTailGap && overSkirt(mode, other) < 0.0;
+}
+
+/// Returns how far (dB) a mode stands above the skirts of all that are louder.
+double overSkirts(const BandMode& mode, const std::vector<BandMode>& modes) {
+  double least = kClearOfSkirts;
+  for (const BandMode& other : modes) {
+    if (other.mode.level > mode.mode.level) least = std::min(least, overSkirt(mode, other));
+  }
+  return least;
 }
 
 void dropTails(std::vector<BandMode>& modes) {
@@ -355,8 +369,8 @@ double rampOf(double value, double low, double high) {
   return std::clamp((value - low) / (high - low), 0.0, 1.0);
 }
 
-/// Sets the confidence: nothing counts for more than the height above the noise.
-void setConfidence(TapMode& mode) {
+/// Sets the confidence: nothing counts for more than the height above noise, room and neighbours.
+void setConfidence(TapMode& mode, double aboveSkirts) {
   const double clear = rampOf(mode.overNoise, 8.0, 32.0);
   double agreement = mode.byPeak ? 0.6 : 0.0;
   if (mode.byPeak && mode.peakDecayRate > 0.0) {
@@ -364,7 +378,8 @@ void setConfidence(TapMode& mode) {
     if (ratio > 0.7 && ratio < 1.0 / 0.7) agreement = 1.0;
   }
   const double single = 0.2 + 0.8 * rampOf(mode.overAround, kLeastAbove, kSurelyAbove);
-  mode.confidence = clear * single * (0.25 + 0.4 * mode.stability + 0.35 * agreement);
+  const double apart = 0.3 + 0.7 * rampOf(aboveSkirts, 0.0, kClearOfSkirts);
+  mode.confidence = clear * single * apart * (0.1 + 0.55 * mode.stability + 0.35 * agreement);
 }
 
 /// Sets beside each mode the nearest plain peak, and returns the peaks that are left.
@@ -407,7 +422,7 @@ void addPeakModes(const std::vector<SpectralPeak>& peaks, double strongest,
     mode.decayError = 0.3 * peak.decayRate;
     mode.byPeak = true;
     mode.peakDecayRate = peak.decayRate;
-    setConfidence(mode);
+    setConfidence(mode, kClearOfSkirts);
     modes.push_back(mode);
   }
 }
@@ -480,7 +495,7 @@ Result<TapModes> tapModes(const std::vector<TapSegment>& taps, const TapModeSett
     strongest = std::max(strongest, peak.power);
   const std::vector<SpectralPeak> left = pairWithPeaks(joined, peaks);
   for (BandMode& mode : joined) {
-    setConfidence(mode.mode);
+    setConfidence(mode.mode, overSkirts(mode, joined));
     result.modes.push_back(mode.mode);
   }
   addPeakModes(left, strongest, result.modes);

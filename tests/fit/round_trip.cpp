@@ -110,7 +110,7 @@ std::vector<double> convolved(const std::vector<double>& signal, const std::vect
 }
 
 /// Returns the impulse response of a room from near by: six early reflections, and a tail whose
-/// energy is 8 to 16 dB below the direct sound's.
+/// energy is 10 to 18 dB below the direct sound's.
 std::vector<double> roomResponse(double sampleRate, ObjectDice& dice) {
   const double reverberation = dice.between(0.2, 0.6);  // s, by 60 dB
   std::vector<double> response(static_cast<std::size_t>(reverberation * sampleRate), 0.0);
@@ -120,7 +120,7 @@ std::vector<double> roomResponse(double sampleRate, ObjectDice& dice) {
     response[at] = dice.normal() * std::exp(-6.9 * time / reverberation);
     energy += response[at] * response[at];
   }
-  const double level = std::pow(10.0, -dice.between(8.0, 16.0) / 20.0) / std::sqrt(energy);
+  const double level = std::pow(10.0, -dice.between(10.0, 18.0) / 20.0) / std::sqrt(energy);
   for (double& sample : response)
     sample *= level;
   response[0] = 1.0;
