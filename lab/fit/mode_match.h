@@ -22,7 +22,7 @@ struct ModeMatchSettings {
   double leastFactor = 0.1;
   double mostFactor = 10.0;
   double leastExplained = 0.4;   ///< share of the confident measured modes, by confidence
-  std::size_t leastMatched = 4;  ///< modes
+  std::size_t leastMatched = 3;  ///< modes
   /// Scrambled bodies that the match is compared with, and the number of standard deviations by
   /// which it has to stand above them. 0 scrambles: no comparison.
   std::size_t scrambles = 120;

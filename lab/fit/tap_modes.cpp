@@ -44,11 +44,17 @@ constexpr double kReflections = 0.6;       // amplitude of early reflections, an
 constexpr std::array<double, 3> kBackgroundWindows = {0.5, 0.12, 0.03};  // s
 constexpr double kLeastAbove = 9.0;  // dB: less is what noise and rooms do by chance
 constexpr double kSurelyAbove = 18.0;
-constexpr double kFallWidth = 3.0;   // Hz of a band for 1/s of decay: it follows the fall
-constexpr double kLeastFall = 12.0;  // dB; 22 where nothing else rings
-constexpr double kShadow = 5.0;      // half widths of a quick mode, where its room rings on
-constexpr double kHumShare = 0.3;    // of the amplitude: what was there before is no mode
-constexpr double kHumDecay = 1.5;    // 1/s: a steady tone decays less
+constexpr double kFallWidth = 3.0;      // Hz of a band for 1/s of decay: it follows the fall
+constexpr double kLeastFall = 12.0;     // dB; 22 where nothing else rings
+constexpr double kShadow = 5.0;         // half widths of a quick mode, where its room rings on
+constexpr double kSlowDecay = 14.0;     // 1/s: slower than rooms, mostly
+constexpr double kClearForLate = 38.0;  // dB above the noise
+constexpr std::array<double, 3> kLateDelays = {0.35, 0.2, 0.1};  // s
+constexpr double kLateRatio = 2200.0;  // energy over noise: 3 % of the decay
+constexpr double kLateChange = 0.5;    // of the logarithm of a decay: more is another mode
+constexpr double kUnlike = 2.5;        // ratio of decays
+constexpr double kHumShare = 0.3;      // of the amplitude: what was there before is no mode
+constexpr double kHumDecay = 1.5;      // 1/s: a steady tone decays less
 
 /// A mode as one band has found it.
 struct BandMode {
@@ -207,10 +213,46 @@ std::vector<BandMode> modesOfScale(const std::vector<TapSegment>& taps,
 
 bool isDuplicate(const BandMode& mode, const BandMode& known) {
   if (mode.scale == known.scale && mode.band == known.band) return false;
+  // A clear slow mode in the width of a faint quick one is no part of it.
+  if (kUnlike * mode.mode.decayRate < known.mode.decayRate &&
+      mode.mode.overNoise > known.mode.overNoise)
+    return false;
   const double apart = std::abs(mode.mode.frequency - known.mode.frequency);
   const double decay = std::max(mode.mode.decayRate, known.mode.decayRate);
   if (mode.scale == known.scale) return apart < decay / kTurn + 0.3 / mode.length;
   return apart < 2.0 * decay / kTurn + 0.7 / mode.length;
+}
+
+/// Takes frequency and decay of a slow mode from later on, when the room is silent that began to
+/// ring with it: from the latest of a few beginnings at which the mode still stands clear of the
+/// noise.
+void refineLate(BandMode& mode, const std::vector<TapSegment>& taps,
+                const std::vector<NoiseDensity>& noises) {
+  if (mode.mode.decayRate > kSlowDecay || mode.mode.overNoise < kClearForLate) return;
+  const Subband band(mode.mode.frequency, kScales[0].width, taps.front().sampleRate);
+  for (const double delay : kLateDelays) {
+    std::vector<BandSignal> signals;
+    for (std::size_t tap = 0; tap < taps.size(); ++tap) {
+      const std::span<const double> ring = taps[tap].free();
+      const auto skipped = static_cast<std::size_t>(delay * taps[tap].sampleRate);
+      signals.push_back({band.of(ring.subspan(std::min(skipped, ring.size())),
+                                 static_cast<std::size_t>(kScales[0].window * band.rate())),
+                         noises[tap].in(band)});
+    }
+    for (const BandPole& pole : subspaceModes(signals, band.rate())) {
+      const double ratio = pole.energyRatio * band.noiseBandwidth() / band.rate();
+      const double decay = -pole.s.real();
+      const double off = std::abs(pole.s.imag()) / kTurn;  // from the mode, which is the centre
+      if (decay <= 0.0 || ratio < kLateRatio || off > 0.1 + 0.2 * mode.mode.decayRate / kTurn)
+        continue;
+      if (std::abs(std::log(decay / mode.mode.decayRate)) > kLateChange) continue;
+      mode.mode.frequency += pole.s.imag() / kTurn;
+      mode.mode.decayRate = decay;
+      mode.mode.decayError = decay * std::sqrt(2.0 / ratio);
+      mode.mode.frequencyError = mode.mode.decayError / kTurn;
+      return;
+    }
+  }
 }
 
 /// Returns by how much (dB) the level around a mode falls from its first time constant to the
@@ -404,7 +446,7 @@ std::vector<SpectralPeak> pairWithPeaks(std::vector<BandMode>& modes,
 /// Makes modes of the peaks that no subspace has found, for those are modes too where many lie in
 /// one band.
 void addPeakModes(const std::vector<SpectralPeak>& peaks, double strongest,
-                  std::vector<TapMode>& modes) {
+                  const std::vector<BandMode>& joined, std::vector<TapMode>& modes) {
   for (const SpectralPeak& peak : peaks) {
     if (!(peak.decayRate > 0.0) || peak.overNoise < 20.0) continue;
     const bool isBeside = std::ranges::any_of(modes, [&](const TapMode& known) {
@@ -412,7 +454,8 @@ void addPeakModes(const std::vector<SpectralPeak>& peaks, double strongest,
              std::abs(known.frequency - peak.frequency) < kShadow * known.decayRate / kTurn;
     });
     if (isBeside) continue;
-    TapMode mode;
+    BandMode single;
+    TapMode& mode = single.mode;
     mode.frequency = peak.frequency;
     mode.decayRate = peak.decayRate;
     mode.level = decibels(peak.power / strongest);
@@ -422,7 +465,9 @@ void addPeakModes(const std::vector<SpectralPeak>& peaks, double strongest,
     mode.decayError = 0.3 * peak.decayRate;
     mode.byPeak = true;
     mode.peakDecayRate = peak.decayRate;
-    setConfidence(mode, kClearOfSkirts);
+    const double clear = overSkirts(single, joined);
+    if (clear < 0.0) continue;
+    setConfidence(mode, clear);
     modes.push_back(mode);
   }
 }
@@ -483,6 +528,8 @@ Result<TapModes> tapModes(const std::vector<TapSegment>& taps, const TapModeSett
     if (mode.mode.overAround < kLeastAbove) return true;
     return mode.mode.level < settings.leastLevel || mode.mode.overNoise < settings.leastOverNoise;
   });
+  for (BandMode& mode : joined)
+    refineLate(mode, taps, noises);
   const TapSegment& loudest = taps[loudestTap(taps)];
   const double highest = std::min(settings.highest, kHighestShare * loudest.sampleRate);
   std::vector<SpectralPeak> peaks = spectralPeaks(loudest, settings.lowest, highest);
@@ -498,7 +545,7 @@ Result<TapModes> tapModes(const std::vector<TapSegment>& taps, const TapModeSett
     setConfidence(mode.mode, overSkirts(mode, joined));
     result.modes.push_back(mode.mode);
   }
-  addPeakModes(left, strongest, result.modes);
+  addPeakModes(left, strongest, joined, result.modes);
   std::ranges::sort(result.modes, {}, &TapMode::frequency);
   std::ranges::sort(result.hum);
   if (result.modes.empty())
