@@ -118,7 +118,7 @@ TEST_F(FitCommandLine, WithoutAMeshTheModesAreAModel) {
 TEST_F(FitCommandLine, FindsTheModulusOfAFreeBar) {
   // Euler and Bernoulli in both planes, with Timoshenko's first correction, which for these modes
   // is within 1 % of it; steel of 200 GPa and 7800 kg/m^3.
-  std::vector<Partial> partials;
+  std::vector<TapPartial> partials;
   for (const double height : {0.01, 0.02}) {
     const double radius = height / std::sqrt(12.0);
     for (const double root : {4.730041, 7.853205, 10.995608, 14.137165}) {

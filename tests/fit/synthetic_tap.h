@@ -11,7 +11,7 @@
 namespace carom::test {
 
 /// A damped oscillation, amplitude exp(-decay t) cos(2 pi frequency t + phase).
-struct Partial {
+struct TapPartial {
   double frequency = 0.0;  ///< Hz
   double decay = 0.0;      ///< 1/s
   double amplitude = 1.0;
@@ -29,7 +29,7 @@ struct SyntheticTap {
   std::uint32_t seed = 1;
 };
 
-inline std::vector<double> synthesised(const std::vector<Partial>& partials,
+inline std::vector<double> synthesised(const std::vector<TapPartial>& partials,
                                        const SyntheticTap& tap) {
   std::vector<double> samples(static_cast<std::size_t>(tap.seconds * tap.sampleRate));
   std::mt19937 random(tap.seed);
@@ -41,7 +41,7 @@ inline std::vector<double> synthesised(const std::vector<Partial>& partials,
     for (int harmonic = 1; harmonic <= 7; ++harmonic)
       sum += tap.hum / harmonic * std::sin(turn * 50.0 * harmonic * time + harmonic);
     const double since = time - tap.onset;
-    for (const Partial& partial : partials) {
+    for (const TapPartial& partial : partials) {
       if (since >= 0.0)
         sum += partial.amplitude * std::exp(-partial.decay * since) *
                std::cos(turn * partial.frequency * since + partial.phase);

@@ -20,7 +20,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
 
-TapModes modesOf(const std::vector<Partial>& partials, const SyntheticTap& settings) {
+TapModes modesOf(const std::vector<TapPartial>& partials, const SyntheticTap& settings) {
   const auto tap = findTap(synthesised(partials, settings), settings.sampleRate);
   EXPECT_TRUE(bool(tap)) << tap.error().message;
   if (!tap) return {};
@@ -40,16 +40,16 @@ TapMode nearestMode(const TapModes& found, double frequency) {
   return nearest;
 }
 
-const std::vector<Partial>& bell() {
-  static const std::vector<Partial> partials = {{440.0, 3.0, 0.5},   {1210.0, 8.0, 0.3},
-                                                {2300.0, 15.0, 0.4}, {3333.3, 25.0, 0.3},
-                                                {5000.0, 60.0, 0.5}, {7100.0, 120.0, 0.4}};
+const std::vector<TapPartial>& bell() {
+  static const std::vector<TapPartial> partials = {{440.0, 3.0, 0.5},   {1210.0, 8.0, 0.3},
+                                                   {2300.0, 15.0, 0.4}, {3333.3, 25.0, 0.3},
+                                                   {5000.0, 60.0, 0.5}, {7100.0, 120.0, 0.4}};
   return partials;
 }
 
 TEST(TapModes, FrequencyWithin1e4AndDecayWithin5PercentAmongNoiseHumAndClipping) {
   const TapModes found = modesOf(bell(), {.seconds = 3.0, .noise = 1e-3, .hum = 0.02, .clip = 1.5});
-  for (const Partial& partial : bell()) {
+  for (const TapPartial& partial : bell()) {
     const TapMode mode = nearestMode(found, partial.frequency);
     EXPECT_GT(mode.overNoise, 30.0) << partial.frequency;
     EXPECT_NEAR(mode.frequency / partial.frequency, 1.0, 1e-4);
@@ -60,7 +60,7 @@ TEST(TapModes, FrequencyWithin1e4AndDecayWithin5PercentAmongNoiseHumAndClipping)
 
 TEST(TapModes, LevelsAreThoseAtTheOnset) {
   const TapModes found = modesOf(bell(), {.seconds = 3.0, .noise = 1e-3});
-  for (const Partial& partial : bell())
+  for (const TapPartial& partial : bell())
     EXPECT_NEAR(nearestMode(found, partial.frequency).level,
                 20.0 * std::log10(partial.amplitude / 0.5), 1.0)
         << partial.frequency;
