@@ -11,7 +11,7 @@
 
 namespace carom::lab {
 
-/// What is free in a fit of frequencies beside their common factor, and where it begins.
+/// The unknowns that are free in a fit of frequencies beside their common factor, and their start.
 struct BodyFitSettings {
   BodyVariant start;
   double poissonSpread = 0.1;  ///< 1, standard deviation of Poisson's ratio about the start's

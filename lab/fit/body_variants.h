@@ -15,7 +15,7 @@
 
 namespace carom::lab {
 
-/// What of a body is varied to see how its frequencies follow.
+/// The properties of a body that are varied to see how its frequencies follow.
 struct BodyVariant {
   double poissonsRatio = 0.3;  ///< 1
   double wall = 0.0;           ///< m, by which walls are thicker than the mesh's

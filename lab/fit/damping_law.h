@@ -10,7 +10,7 @@
 
 namespace carom::lab {
 
-/// What one mode of a recording says of the material's damping.
+/// The evidence of one mode on the material's damping.
 struct MeasuredDecay {
   double frequency = 0.0;  ///< Hz
   double decayRate = 0.0;  ///< 1/s, of the material alone: without radiation

@@ -164,7 +164,7 @@ class MatchSearch {
             table_[(line - 1) * columns + column - 1] + gain(measured, partner, factor)};
   }
 
-  /// What a line without a partner costs: above all computed modes, less.
+  /// Cost of a line without a partner: above all computed modes, less.
   double alone(const MeasuredLine& line, double factor) const {
     const bool isAbove = line.log > computed_.back().log + factor + kBeyond;
     return line.weight * (isAbove ? kSpuriousAbove : kSpurious);

@@ -18,7 +18,7 @@
 
 namespace carom::lab {
 
-/// What is known of an object beside its mesh, and what is to be found.
+/// The knowledge of an object beside its mesh, and what is to be found.
 struct TapFitSettings {
   /// Density, Poisson's ratio, restitution and the rest begin as this one's; Young's modulus is
   /// looked for within a factor of 4 of it if `isStartKnown`, or else among all solids, with a
@@ -43,7 +43,7 @@ struct FittedMode {
   std::optional<double> radiationDecay;  ///< 1/s, the computed part that is sound
 };
 
-/// What a tap says of a body.
+/// A body as a tap shows it.
 struct TapFit {
   bool accepted = false;
   std::string reason;  ///< one sentence: why not; empty if accepted

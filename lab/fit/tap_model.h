@@ -11,7 +11,7 @@
 
 namespace carom::lab {
 
-/// What is known of an object whose shape is not.
+/// The knowledge of an object of unknown shape.
 struct TapModelSettings {
   Material material;    ///< for its contacts; its damping becomes that of the tap
   double mass = 0.0;    ///< kg, above 0

@@ -34,7 +34,7 @@ struct TapMode {
   double peakDecayRate = 0.0;   ///< 1/s, by the slope of its band; 0: not measured
 };
 
-/// What was found in recordings of one object.
+/// The modes and tones that were found in recordings of one object.
 struct TapModes {
   std::vector<TapMode> modes;  ///< ascending in frequency
   std::vector<double> hum;     ///< Hz, steady tones that were there before the tap: left out

@@ -196,7 +196,7 @@ void listModes(const TapModes& found, const std::vector<TrueMode>& modes) {
                 20.0 * std::log10(mode.amplitude / strongest));
 }
 
-/// What came of one object.
+/// The results of one object.
 struct RoundTripRow {
   bool isMade = false;
   bool isAccepted = false;
