@@ -20,6 +20,7 @@
 
 #include "command/batch_command.h"
 #include "command/command_line.h"
+#include "command/fit/fit_command.h"
 #include "command/jello_command.h"
 #include "command/listen_command.h"
 #include "command/modes_command.h"
@@ -59,7 +60,7 @@ using namespace audio;
 namespace {
 
 constexpr const char* kCommands =
-    "render, info, compare, report, record, replay, batch, modes, strike, jello, stability, "
+    "render, info, compare, report, record, replay, batch, modes, strike, fit, jello, stability, "
     "listen, view or video";
 
 struct Arguments {
@@ -619,6 +620,7 @@ int run(int argc, char** argv) {
   const BatchCommand batch(app);
   const ModesCommand modes(app);
   const StrikeCommand strike(app);
+  const FitCommand fit(app);
   const JelloCommand jello(app);
   const StabilityCommand stability(app);
   const ListenCommand listen(app, program);
@@ -643,6 +645,7 @@ int run(int argc, char** argv) {
   if (batch.parsed()) return batch.run();
   if (modes.parsed()) return modes.run();
   if (strike.parsed()) return strike.run();
+  if (fit.parsed()) return fit.run();
   if (jello.parsed()) return jello.run();
   if (stability.parsed()) return stability.run();
   if (listen.parsed()) return listen.run();

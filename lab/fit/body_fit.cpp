@@ -1,0 +1,304 @@
+#include "lab/fit/body_fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <optional>
+#include <utility>
+
+#include <Eigen/Dense>
+
+namespace carom::lab {
+
+namespace {
+
+constexpr double kPoissonStep = 0.08;
+constexpr double kLeastPoisson = 0.02;
+constexpr double kMostPoisson = 0.47;
+constexpr int kPoissonTrials = 4;  // on each side of the start
+constexpr double kPoissonTrial = 0.05;
+constexpr double kWallStep = 0.08;      // of the wall
+constexpr double kMostWall = 0.35;      // of the wall: farther, sensitivities do not reach
+constexpr double kLeastSpread = 8e-4;   // of frequencies: what meshes and bodies differ by anyway
+constexpr double kSignificant = 8.0;    // F(1, n) at 1 % for some ten modes
+constexpr double kRobust = 2.5;         // standard deviations: pairs farther off count less
+constexpr double kRematchRange = 0.06;  // of log factor
+constexpr int kRounds = 3;
+
+/// How the logarithms of all frequencies of a body change with what is free.
+struct Sensitivities {
+  std::vector<double> poisson;  // per unit
+  std::vector<double> wall;     // per m; empty: not free
+};
+
+/// The unknowns of one least-squares problem.
+struct BodyParameters {
+  double logFactor = 0.0;
+  double poisson = 0.0;  // from the start
+  double wall = 0.0;     // m, from the start
+};
+
+struct LeastSquares {
+  BodyParameters parameters;
+  BodyParameters errors;
+  double chiSquared = 0.0;  // with the variances assumed
+  double residual = 0.0;    // rms, weighted
+  std::size_t pairs = 0;
+};
+
+/// A measured frequency beside the computed one of the start.
+struct FrequencyPair {
+  double off = 0.0;  // log measured over computed
+  double variance = 0.0;
+  double weight = 0.0;  // confidence
+  double poisson = 0.0;
+  double wall = 0.0;
+};
+
+double undampedLog(const TapMode& mode) {
+  return std::log(std::hypot(mode.frequency, mode.decayRate / (2.0 * std::numbers::pi)));
+}
+
+std::vector<FrequencyPair> pairsOf(const std::vector<TapMode>& measured, const ModeMatch& match,
+                                   const std::vector<ComputedLine>& lines,
+                                   const Sensitivities& sensitivities) {
+  std::vector<FrequencyPair> pairs;
+  for (std::size_t mode = 0; mode < measured.size(); ++mode) {
+    if (!match.computed[mode]) continue;
+    const std::size_t line = *match.computed[mode];
+    FrequencyPair pair;
+    pair.off = undampedLog(measured[mode]) - std::log(lines[line].frequency);
+    const double relative = measured[mode].frequencyError / measured[mode].frequency;
+    pair.variance =
+        relative * relative + std::pow(0.4 * lines[line].error, 2) + kLeastSpread * kLeastSpread;
+    pair.weight = measured[mode].confidence;
+    pair.poisson = sensitivities.poisson[line];
+    if (!sensitivities.wall.empty()) pair.wall = sensitivities.wall[line];
+    pairs.push_back(pair);
+  }
+  return pairs;
+}
+
+/// Solves for the parameters that are free, by least squares reweighted where pairs are far off.
+LeastSquares solved(const std::vector<FrequencyPair>& pairs, bool isPoissonFree, bool isWallFree,
+                    double poissonSpread) {
+  const auto count = static_cast<Eigen::Index>(pairs.size());
+  Eigen::MatrixXd matrix(count + 1, 3);
+  Eigen::VectorXd right(count + 1);
+  Eigen::VectorXd off = Eigen::VectorXd::Zero(count);
+  Eigen::Vector3d found = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  const double noPoisson = isPoissonFree ? 1.0 : 0.0;
+  const double noWall = isWallFree ? 1.0 : 0.0;
+  for (int round = 0; round < 6; ++round) {
+    for (Eigen::Index at = 0; at < count; ++at) {
+      const FrequencyPair& pair = pairs[static_cast<std::size_t>(at)];
+      const double far = std::abs(off(at)) / std::sqrt(pair.variance);
+      const double robust = far <= kRobust ? 1.0 : kRobust / far;
+      const double root = std::sqrt(robust * pair.weight / pair.variance);
+      matrix.row(at) << root, noPoisson * root * pair.poisson, noWall * root * pair.wall;
+      right(at) = root * pair.off;
+    }
+    matrix.row(count) << 0.0, 1.0 / poissonSpread, 0.0;
+    right(count) = 0.0;
+    const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition(matrix);
+    found = decomposition.solve(right);
+    const Eigen::MatrixXd inverse = decomposition.pseudoInverse();
+    covariance = inverse * inverse.transpose();
+    for (Eigen::Index at = 0; at < count; ++at) {
+      const FrequencyPair& pair = pairs[static_cast<std::size_t>(at)];
+      off(at) = pair.off - found(0) - found(1) * pair.poisson - found(2) * pair.wall;
+    }
+  }
+  LeastSquares result;
+  result.pairs = pairs.size();
+  result.parameters = {found(0), found(1), found(2)};
+  double weights = 0.0;
+  double squares = 0.0;
+  for (Eigen::Index at = 0; at < count; ++at) {
+    const FrequencyPair& pair = pairs[static_cast<std::size_t>(at)];
+    const double scaled = std::min(off(at) * off(at) / pair.variance,
+                                   kRobust * std::abs(off(at)) / std::sqrt(pair.variance));
+    result.chiSquared += pair.weight * scaled;
+    squares += pair.weight * off(at) * off(at);
+    weights += pair.weight;
+  }
+  result.residual = weights > 0.0 ? std::sqrt(squares / weights) : 0.0;
+  const double unknowns = 1.0 + noPoisson + noWall;
+  const double spread =
+      std::max(1.0, result.chiSquared / std::max(1.0, static_cast<double>(count) - unknowns));
+  const Eigen::Vector3d errors = (spread * covariance.diagonal()).cwiseSqrt();
+  result.errors = {errors(0), errors(1), errors(2)};
+  return result;
+}
+
+/// True if one more unknown explains more than chance would.
+bool isSignificant(const LeastSquares& less, const LeastSquares& more, int unknowns) {
+  const double freedom = static_cast<double>(more.pairs) - unknowns;
+  if (freedom < 2.0) return false;
+  const double spread = std::max(1.0, more.chiSquared / freedom);
+  return (less.chiSquared - more.chiSquared) / spread > kSignificant;
+}
+
+ModeMatchSettings withoutChance(ModeMatchSettings settings) {
+  settings.scrambles = 0;
+  return settings;
+}
+
+/// Analyses the start, and with `freeThickness` thinner and thicker ones, and takes the one that
+/// the tap matches best.
+struct Matched {
+  BodyVariant variant;
+  ModalModel model;
+  ModeMatch match;
+};
+
+Result<Matched> bestStart(const std::vector<TapMode>& measured, const BodyVariants& variants,
+                          const BodyFitSettings& settings) {
+  std::vector<double> walls = {0.0};
+  if (settings.freeThickness) walls = {0.0, -0.22, 0.28};
+  std::optional<Matched> best;
+  for (const double wall : walls) {
+    const BodyVariant variant{settings.start.poissonsRatio,
+                              settings.start.wall + wall * settings.wallThickness};
+    Result<ModalModel> model = variants.analysed(variant);
+    if (!model) return model.error();
+    ModeMatch match = matchModes(measured, linesOfModel(*model), withoutChance(settings.match));
+    if (!best || match.score > best->match.score)
+      best = Matched{variant, *std::move(model), std::move(match)};
+  }
+  return *std::move(best);
+}
+
+Result<Sensitivities> sensitivitiesOf(const BodyVariants& variants, const Matched& start,
+                                      const BodyFitSettings& settings) {
+  Sensitivities sensitivities;
+  BodyVariant changed = start.variant;
+  const double step = start.variant.poissonsRatio > 0.3 ? -kPoissonStep : kPoissonStep;
+  changed.poissonsRatio += step;
+  const Result<ModalModel> poisson = variants.analysed(changed);
+  if (!poisson) return poisson.error();
+  sensitivities.poisson = frequencyShifts(start.model, *poisson);
+  for (double& shift : sensitivities.poisson)
+    shift /= step;
+  if (!settings.freeThickness) return sensitivities;
+  changed = start.variant;
+  const double thicker = kWallStep * settings.wallThickness;
+  changed.wall += thicker;
+  const Result<ModalModel> wall = variants.analysed(changed);
+  if (!wall) return wall.error();
+  sensitivities.wall = frequencyShifts(start.model, *wall);
+  for (double& shift : sensitivities.wall)
+    shift /= thicker;
+  return sensitivities;
+}
+
+/// Returns the lines of a body whose parameters have changed; they need not ascend any more.
+std::vector<ComputedLine> moved(std::vector<ComputedLine> lines, const Sensitivities& sensitivities,
+                                const BodyParameters& by) {
+  for (std::size_t line = 0; line < lines.size(); ++line) {
+    double log = by.poisson * sensitivities.poisson[line];
+    if (!sensitivities.wall.empty()) log += by.wall * sensitivities.wall[line];
+    lines[line].frequency *= std::exp(log);
+  }
+  return lines;
+}
+
+/// Matches with lines in any order; the indices are those of `lines`.
+ModeMatch matchUnordered(const std::vector<TapMode>& measured, std::vector<ComputedLine> lines,
+                         const ModeMatchSettings& settings) {
+  std::vector<std::size_t> order(lines.size());
+  for (std::size_t line = 0; line < order.size(); ++line)
+    order[line] = line;
+  std::ranges::stable_sort(order, {}, [&](std::size_t line) { return lines[line].frequency; });
+  std::ranges::stable_sort(lines, {}, &ComputedLine::frequency);
+  ModeMatch match = matchModes(measured, lines, settings);
+  for (std::optional<std::size_t>& line : match.computed) {
+    if (line) line = order[*line];
+  }
+  return match;
+}
+
+BodyParameters limited(BodyParameters parameters, const BodyFitSettings& settings,
+                       const BodyVariant& start) {
+  parameters.poisson = std::clamp(parameters.poisson, kLeastPoisson - start.poissonsRatio,
+                                  kMostPoisson - start.poissonsRatio);
+  const double most = kMostWall * settings.wallThickness;
+  parameters.wall = std::clamp(parameters.wall, -most, most);
+  return parameters;
+}
+
+/// Returns the change of Poisson's ratio with which the tap matches best, by the score less what
+/// the change costs.
+double bestPoisson(const std::vector<TapMode>& measured, const std::vector<ComputedLine>& lines,
+                   const Sensitivities& sensitivities, const BodyFitSettings& settings) {
+  double best = 0.0;
+  double bestScore = -1e300;
+  for (int trial = -kPoissonTrials; trial <= kPoissonTrials; ++trial) {
+    const double change = kPoissonTrial * trial;
+    const double ratio = settings.start.poissonsRatio + change;
+    if (ratio < kLeastPoisson || ratio > kMostPoisson) continue;
+    const double cost = 0.5 * std::pow(change / settings.poissonSpread, 2.0);
+    const double score = matchUnordered(measured, moved(lines, sensitivities, {0.0, change, 0.0}),
+                                        withoutChance(settings.match))
+                             .score;
+    if (score - cost <= bestScore) continue;
+    bestScore = score - cost;
+    best = change;
+  }
+  return best;
+}
+
+/// Improves match and parameters in turns.
+LeastSquares refinedFit(BodyFit& fit, const std::vector<TapMode>& measured,
+                        const std::vector<ComputedLine>& lines, const Sensitivities& sensitivities,
+                        const BodyFitSettings& settings) {
+  ModeMatch match = fit.match;
+  LeastSquares best;
+  for (int round = 0; round < kRounds; ++round) {
+    const auto pairs = pairsOf(measured, match, lines, sensitivities);
+    const LeastSquares kept = solved(pairs, false, settings.freeThickness, settings.poissonSpread);
+    best = solved(pairs, true, settings.freeThickness, settings.poissonSpread);
+    fit.isPoissonFitted = isSignificant(kept, best, settings.freeThickness ? 3 : 2);
+    if (!fit.isPoissonFitted) best = kept;
+    best.parameters = limited(best.parameters, settings, fit.variant);
+    ModeMatchSettings near = withoutChance(settings.match);
+    near.leastFactor = std::exp(best.parameters.logFactor - kRematchRange);
+    near.mostFactor = std::exp(best.parameters.logFactor + kRematchRange);
+    match = matchUnordered(measured, moved(lines, sensitivities, best.parameters), near);
+  }
+  return best;
+}
+
+}  // namespace
+
+Result<BodyFit> fitBody(const std::vector<TapMode>& measured, const BodyVariants& variants,
+                        const BodyFitSettings& settings) {
+  Result<Matched> start = bestStart(measured, variants, settings);
+  if (!start) return start.error();
+  BodyFit fit;
+  fit.match = start->match;
+  fit.variant = start->variant;
+  fit.factor = start->match.factor;
+  if (start->match.matched == 0) return fit;
+  const Result<Sensitivities> sensitivities = sensitivitiesOf(variants, *start, settings);
+  if (!sensitivities) return sensitivities.error();
+  const std::vector<ComputedLine> lines = linesOfModel(start->model);
+  const double change = bestPoisson(measured, lines, *sensitivities, settings);
+  fit.match =
+      matchUnordered(measured, moved(lines, *sensitivities, {0.0, change, 0.0}), settings.match);
+  fit.factor = fit.match.factor;
+  if (!fit.match.accepted) return fit;
+  const LeastSquares best = refinedFit(fit, measured, lines, *sensitivities, settings);
+  fit.variant.poissonsRatio += best.parameters.poisson;
+  fit.variant.wall += best.parameters.wall;
+  fit.factor = std::exp(best.parameters.logFactor);
+  fit.factorError = best.errors.logFactor;
+  fit.poissonError = fit.isPoissonFitted ? best.errors.poisson : 0.0;
+  fit.wallError = settings.freeThickness ? best.errors.wall : 0.0;
+  fit.residual = best.residual;
+  return fit;
+}
+
+}  // namespace carom::lab

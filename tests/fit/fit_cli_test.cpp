@@ -1,0 +1,145 @@
+// `carom fit` as a user runs it.
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <sndfile.h>
+
+#include "carom/audio/modal_model_file.h"
+#include "scenes/format/material_reader.h"
+#include "tests/fit/synthetic_tap.h"
+#include "tests/scenes/command.h"
+#include "tests/support/temporary_folder.h"
+
+namespace carom::test {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+void writeSound(const std::filesystem::path& file, const std::vector<double>& samples,
+                int sampleRate = 48000) {
+  SF_INFO info = {};
+  info.samplerate = sampleRate;
+  info.channels = 1;
+  info.format = SF_FORMAT_WAV | SF_FORMAT_PCM_16;
+  SNDFILE* const sound = sf_open(file.c_str(), SFM_WRITE, &info);
+  ASSERT_NE(sound, nullptr);
+  sf_writef_double(sound, samples.data(), static_cast<sf_count_t>(samples.size()));
+  sf_close(sound);
+}
+
+/// A bar of 0.2 x 0.02 x 0.01 m; without its upper face if `open`.
+std::string barObj(bool open) {
+  std::string text;
+  for (const int x : {-1, 1})
+    for (const int y : {-1, 1})
+      for (const int z : {-1, 1})
+        text += "v " + std::to_string(0.1 * x) + ' ' + std::to_string(0.01 * y) + ' ' +
+                std::to_string(0.005 * z) + '\n';
+  text += "f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\n";
+  return open ? text : text + "f 2 6 8 4\n";
+}
+
+class FitCommandLine : public testing::Test {
+ protected:
+  void SetUp() override {
+    writeSound(folder_ / "tap.wav", synthesised({{440.0, 3.0, 0.3}, {1210.0, 8.0, 0.3}},
+                                                {.seconds = 1.0, .noise = 1e-3}));
+    std::ofstream(folder_ / "bar.obj") << barObj(false);
+    std::ofstream(folder_ / "open.obj") << barObj(true);
+  }
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  void expectRefused(const std::vector<std::string>& words, const std::string& why) {
+    std::vector<std::string> arguments = {"fit"};
+    arguments.insert(arguments.end(), words.begin(), words.end());
+    const Outcome outcome = carom(arguments);
+    EXPECT_EQ(outcome.code, 2) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr(why));
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(FitCommandLine, RefusesWhatIsNoTap) {
+  writeSound(folder_ / "silence.wav", std::vector<double>(48000, 0.0));
+  writeSound(folder_ / "short.wav", std::vector<double>(1000, 0.1));
+  writeSound(folder_ / "slow.wav", std::vector<double>(6000, 0.1), 6000);
+  writeSound(folder_ / "steady.wav",
+             synthesised({{1000.0, 0.0, 0.5}}, {.seconds = 1.0, .onset = -1.0}));
+  std::ofstream(folder_ / "text.wav") << "no sound";
+  expectRefused({path("none.wav"), "--mass", "1"}, "no such file");
+  expectRefused({path("text.wav"), "--mass", "1"}, "not a sound file");
+  expectRefused({path("silence.wav"), "--mass", "1"}, "silent");
+  expectRefused({path("short.wav"), "--mass", "1"}, "too short");
+  expectRefused({path("slow.wav"), "--mass", "1"}, "samples a second are too few");
+  expectRefused({path("steady.wav"), "--mass", "1"}, "no onset");
+}
+
+TEST_F(FitCommandLine, RefusesWhatCannotBeFitted) {
+  expectRefused({path("tap.wav")}, "--mass");
+  expectRefused({path("tap.wav"), "--mesh", path("open.obj")}, "not closed");
+  expectRefused({path("tap.wav"), "--mesh", path("bar.obj"), "--free", "colour"}, "cannot be free");
+  expectRefused({path("tap.wav"), "--mesh", path("bar.obj"), "--free", "scale"}, "--material");
+  expectRefused({path("tap.wav"), "--mesh", path("bar.obj"), "--material", "steal"},
+                "unknown material");
+}
+
+TEST_F(FitCommandLine, ATapThatIsNotTheMeshsIsRefusedAndNothingIsWritten) {
+  const Outcome outcome = carom({"fit", path("tap.wav"), "--mesh", path("bar.obj"), "-o",
+                                 path("out"), "--no-cache", "--json"});
+  EXPECT_EQ(outcome.code, 2);
+  const json answer = json::parse(outcome.out);
+  EXPECT_FALSE(answer["accepted"].get<bool>());
+  EXPECT_FALSE(answer["reason"].get<std::string>().empty());
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out" / "index.html"));
+}
+
+TEST_F(FitCommandLine, WithoutAMeshTheModesAreAModel) {
+  const Outcome outcome = carom({"fit", path("tap.wav"), "--mass", "0.2", "--material", "brass",
+                                 "-o", path("out"), "--json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const json answer = json::parse(outcome.out);
+  ASSERT_EQ(answer["modes"].size(), 2u);
+  EXPECT_NEAR(answer["modes"][0]["measured_hz"].get<double>(), 440.0, 0.05);
+  const auto model = readModalModel(folder_ / "out" / "model.carom_modes");
+  ASSERT_TRUE(bool(model));
+  EXPECT_EQ(model->modes.size(), 2u);
+  EXPECT_TRUE(bool(scenes::loadMaterial(folder_ / "out" / "material.json")));
+  for (const char* name : {"modes.csv", "spectrum.png", "tap.wav", "measured.wav", "index.html"})
+    EXPECT_TRUE(std::filesystem::exists(folder_ / "out" / name)) << name;
+}
+
+TEST_F(FitCommandLine, FindsTheModulusOfAFreeBar) {
+  // Euler and Bernoulli in both planes, with Timoshenko's first correction, which for these modes
+  // is within 1 % of it; steel of 200 GPa and 7800 kg/m^3.
+  std::vector<TapPartial> partials;
+  for (const double height : {0.01, 0.02}) {
+    const double radius = height / std::sqrt(12.0);
+    for (const double root : {4.730041, 7.853205, 10.995608, 14.137165}) {
+      const double wave = root / 0.2;
+      const double euler =
+          wave * wave * radius * std::sqrt(200e9 / 7800.0) / (2.0 * std::numbers::pi);
+      const double slender = wave * wave * radius * radius * 0.5 * (1.0 + 2.0 * 1.3 * 1.2);
+      if (euler < 18000.0)
+        partials.push_back({euler / (1.0 + slender), 4.0 + 1e-3 * euler, 0.1, 0.3 * root});
+    }
+  }
+  writeSound(folder_ / "bar.wav", synthesised(partials, {.seconds = 2.0, .noise = 3e-4}));
+  const Outcome outcome =
+      carom({"fit", path("bar.wav"), "--mesh", path("bar.obj"), "--material", "carbon_steel",
+             "--density", "7800", "--panels", "200", "--no-cache", "-o", path("out"), "--json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err << outcome.out;
+  const json answer = json::parse(outcome.out);
+  EXPECT_TRUE(answer["accepted"].get<bool>());
+  EXPECT_NEAR(answer["material"]["youngs_modulus"].get<double>() / 200e9, 1.0, 0.05);
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "out" / "fitted.wav"));
+}
+
+}  // namespace
+}  // namespace carom::test
