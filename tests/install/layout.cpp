@@ -141,7 +141,7 @@ void printMechanics() {
 }
 
 void printModes() {
-  LAYOUT(VoxelSettings);
+  LAYOUT(GridSettings);
   LAYOUT(SolidSettings);
   LAYOUT(ShellSettings);
   LAYOUT(RadiationSettings);
