@@ -1,5 +1,5 @@
-// The carom command: render, info, compare, report, record, replay, batch, modes, strike, jello,
-// stability, listen, view, video. Exit codes: 0 done, 1 failed, 2 bad input, 3 ended by a limit; by
+// The carom command: render, info, compare, report, record, replay, batch, modes, strike, fit,
+// jello, stability, listen, view, video. Exit codes: 0 done, 1 failed, 2 bad input, 3 ended by a limit; by
 // a signal: 129, 130, 143.
 
 #include <algorithm>

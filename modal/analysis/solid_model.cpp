@@ -234,8 +234,8 @@ class Refinement {
     if (settings_.grid.cellSize || settings_.grid.degreesOfFreedom) return runOnGrid();
     std::size_t freedom = kFirstGrid;
     for (;;) {
-      Result<SolidSystem> system =
-          solidSystem(surface_.body, material_, {.degreesOfFreedom = freedom, .cellSize = {}});
+      Result<SolidSystem> system = solidSystem(
+          surface_.body, material_, {.degreesOfFreedom = freedom, .cellSize = {}}, looks());
       if (!system) return system.error();
       const double growth = static_cast<double>(system->stiffness.nonZeros()) * kGridGrowth;
       const bool isLast = growth > kMostEntries;
@@ -253,17 +253,25 @@ class Refinement {
 
  private:
   Result<SolidAnalysis> runOnGrid() {
-    const Result<SolidSystem> system = solidSystem(surface_.body, material_, settings_.grid);
+    const Result<SolidSystem> system =
+        solidSystem(surface_.body, material_, settings_.grid, looks());
     if (!system) return system.error();
     const double size = system->grid.cellSize.maxCoeff();
-    const Result<SolidSystem> coarser = solidSystem(
-        surface_.body, material_, {.degreesOfFreedom = {}, .cellSize = kCoarserCell * size});
+    const Result<SolidSystem> coarser =
+        solidSystem(surface_.body, material_,
+                    {.degreesOfFreedom = {}, .cellSize = kCoarserCell * size}, looks());
     if (coarser && coarser->grid.count != system->grid.count)
       if (const Status solved = solve(*coarser); !solved) return solved.error();
     if (const Status solved = solve(*system); !solved) return solved.error();
     SolidAnalysis analysis = analysisOf(surface_.shapes, material_, *system, solution_, errors_);
     analysis.grids = grids_;
     return analysis;
+  }
+
+  // Lets whoever watches cancel while a grid is made, which is no share of the work.
+  Progress looks() const {
+    if (!progress_) return {};
+    return [this](std::string_view stage, double) { return progress_(stage, done_); };
   }
 
   // Finds the modes on a grid, and their errors if there was another before.
@@ -336,11 +344,12 @@ class Refinement {
 }  // namespace
 
 Result<SolidSystem> solidSystem(const SurfaceMesh& surface, const Material& material,
-                                const GridSettings& settings) {
+                                const GridSettings& settings, const Progress& progress) {
   if (const Status valid = validate(material); !valid)
     return Error{"material '" + material.name + "': " + valid.error().message};
   Result<SplineMesh> grid = splineMesh(surface, settings);
   if (!grid) return grid.error();
+  if (progress && !progress("matrices", 0.0)) return Error{kCancelled};
   SolidSystem system{*std::move(grid), {}, {}, {}};
   assemble(system, material);
   return system;

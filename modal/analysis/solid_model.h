@@ -36,9 +36,10 @@ struct SolidAnalysis {
 /// Returns the linear, isotropic elasticity of a solid on the grid of its inside (splineMesh,
 /// solidElement).
 ///
-/// Errors: those of splineMesh, and a material that is not solid. [any thread], allocates.
+/// Errors: those of splineMesh, a material that is not solid, and cancelled. [any thread],
+/// allocates.
 Result<SolidSystem> solidSystem(const SurfaceMesh& surface, const Material& material,
-                                const GridSettings& settings = {});
+                                const GridSettings& settings = {}, const Progress& progress = {});
 
 /// A body's surface, for two uses that may ask for different detail.
 struct SolidSurface {

@@ -210,7 +210,7 @@ TEST_F(Cli, UsageErrorsNameTheWrongWord) {
             std::string::npos);
   EXPECT_NE(carom({}).err.find(
                 "expected render, info, compare, report, record, replay, batch, modes, strike, "
-                "jello, stability, listen, view or video"),
+                "fit, jello, stability, listen, view or video"),
             std::string::npos);
 }
 

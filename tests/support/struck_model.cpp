@@ -109,7 +109,9 @@ StruckModel struckBox(const Vec3& half, const Material& material, std::size_t de
   SolidSettings settings;
   settings.grid.degreesOfFreedom = degreesOfFreedom;
   settings.maxModes = 2000;
-  const SurfaceMesh skin = splitMesh(splitMesh(splitMesh(boxMesh(half))));
+  SurfaceMesh skin = boxMesh(half);
+  for (int split = 0; split < 4; ++split)
+    skin = splitMesh(skin);
   SolidSystem system = valueOf(solidSystem(skin, material, settings.grid));
   StruckModel body;
   body.vertex = farthest(skin, side);
@@ -120,11 +122,8 @@ StruckModel struckBox(const Vec3& half, const Material& material, std::size_t de
                  .alpha = material.dampingAlpha,
                  .beta = material.dampingBeta,
                  .push = Eigen::VectorXd::Zero(rows),
-                 .flow = Eigen::VectorXd::Zero(rows)};
+                 .flow = system.pull};
   addForce(body.direct.push, system.grid, skin.vertices[body.vertex], body.inward);
-  const std::vector<Vec3> areas = vertexAreas(skin);
-  for (std::size_t vertex = 0; vertex < areas.size(); ++vertex)
-    addForce(body.direct.flow, system.grid, skin.vertices[vertex], areas[vertex]);
   const double start = seconds();
   ModalModel model = valueOf(solidModalModel(skin, material, settings));
   body.analysisTime = seconds() - start;
