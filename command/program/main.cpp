@@ -1,6 +1,6 @@
 // The carom command: render, info, compare, report, record, replay, batch, modes, strike, fit,
-// jello, stability, listen, view, video. Exit codes: 0 done, 1 failed, 2 bad input, 3 ended by a limit; by
-// a signal: 129, 130, 143.
+// jello, stability, listen, view, video. Exit codes: 0 done, 1 failed, 2 bad input, 3 ended by a
+// limit; by a signal: 129, 130, 143.
 
 #include <algorithm>
 #include <cctype>
@@ -20,7 +20,7 @@
 
 #include "command/batch_command.h"
 #include "command/command_line.h"
-#include "command/fit/fit_command.h"
+#include "command/fit_command.h"
 #include "command/jello_command.h"
 #include "command/listen_command.h"
 #include "command/modes_command.h"

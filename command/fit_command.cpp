@@ -1,4 +1,4 @@
-#include "command/fit/fit_command.h"
+#include "command/fit_command.h"
 
 #include <algorithm>
 #include <filesystem>
