@@ -248,7 +248,7 @@ TEST_F(ModesCli, WrongUseOfModesIs2WithOneSentenceAndNothingIsWritten) {
            {modes("bar.obj", {"--thickness", "1000"}), "thick"},
            {modes("bar.obj", {"--springs", "axial"}), "--springs requires --thickness"},
            {modes("bar.obj", {"--thickness", "1", "--springs", "coil"}), "transverse or axial"},
-           {modes("bar.obj", {"--dofs", "99"}), "from 100 to"},
+           {modes("bar.obj", {"--dofs", "99"}), "from 192 to"},
            {modes("bar.obj", {"--modes", "0"}), "from 1 to 2000"},
            {modes("bar.obj", {"--modes", "1.5"}), "whole"},
            {modes("bar.obj", {"--panels", "99"}), "from 100 to 5000"},

@@ -17,8 +17,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Vector2 = Eigen::Vector2d;
 
-constexpr int kAlong = 6;  // orders of the elements
-constexpr int kAcross = 3;
+constexpr int kAlong = 4;  // orders of the elements; equal, so that those of a corner fit
+constexpr int kAcross = 4;
 constexpr double kSame = 1e-9;  // m, distance of nodes that are one
 
 struct Rule {
@@ -250,7 +250,7 @@ std::vector<Vector2> outlineOf(const SectionPart& part, int edges) {
 }
 
 RevolvedBody walled(const char* name, const Wall& wall, int edges) {
-  RevolvedBody body{.name = name, .section = {partOf(wall, 6)}, .outline = {}};
+  RevolvedBody body{.name = name, .section = {partOf(wall, 9)}, .outline = {}};
   body.outline = outlineOf(body.section.front(), edges);
   return body;
 }
@@ -271,9 +271,9 @@ RevolvedBody cup() {
   };
   const double inside = kRadius - kWall;
   return {.name = "cup",
-          .section = {{rectangle({0.0, 0.0}, {inside, kWall}, false), 4},
+          .section = {{rectangle({0.0, 0.0}, {inside, kWall}, false), 6},
                       {rectangle({inside, 0.0}, {kRadius, kWall}, false), 1},
-                      {rectangle({inside, kWall}, {kRadius, kHeight}, true), 6}},
+                      {rectangle({inside, kWall}, {kRadius, kHeight}, true), 9}},
           .outline = {{0.0, 0.0},
                       {kRadius, 0.0},
                       {kRadius, kHeight},

@@ -27,7 +27,7 @@ struct RevolvedBody {
 };
 
 /// Returns the lowest frequencies (Hz) of a free elastic body of revolution, ascending, those of
-/// pairs twice: spectral elements of order 6 by 3 on its section, and Fourier's series about the
+/// pairs twice: spectral elements of order 4 on its section, and Fourier's series about the
 /// axis (Zienkiewicz and Taylor, The Finite Element Method, volume 2, on semi-analytical methods).
 /// It has nothing in common with the grids of modal/analysis but elasticity itself.
 std::vector<double> revolutionFrequencies(const RevolvedBody& body, const Material& material,
