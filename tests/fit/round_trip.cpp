@@ -40,7 +40,7 @@ constexpr std::size_t kOther = 3;  // objects further: another kind, whose mesh 
 struct RoundTripOptions {
   std::size_t first = 0;
   std::size_t objects = 50;
-  std::size_t reference = 200000;  // degrees of freedom
+  std::size_t reference = 20000;  // degrees of freedom
   std::string cache = "build/round_trip_cache";
   bool isShort = false;
   bool isListed = false;  // print all modes
@@ -303,7 +303,7 @@ std::optional<RoundTripOptions> optionsOf(int argc, char** argv) {
     if (word == "--short") {
       options.isShort = true;
       options.objects = 8;
-      options.reference = 40000;
+      options.reference = 4000;
       continue;
     }
     if (word == "--list") {
