@@ -36,11 +36,11 @@ void putOnGrid(Numbers& numbers, int power) {
 
 // Powers of two of what a step of a contact tells: the way of a contact point over a body to 30 nm,
 // half of the last digit that Bullet's own floats have at 1 m, as the sound is in its differences;
-// other places to 0.5 and 8 um, directions to 2e-6. What damps rings so stays 120 dB below them.
+// other places to 1 and 8 um, directions to 4e-6. What damps rings so stays 120 dB below them.
 constexpr int kContactPath = -25;
-constexpr int kContactPoint = -21;
+constexpr int kContactPoint = -20;
 constexpr int kContactBody = -17;
-constexpr int kContactDirection = -19;
+constexpr int kContactDirection = -18;
 // Digits: of loads, which damp modes (-156 dB), of impulses, of which the direction counts, and of
 // velocities, which tell how much energy friction takes.
 constexpr int kLoadDigits = 26;
