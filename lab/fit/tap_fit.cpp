@@ -127,7 +127,7 @@ void setModes(TapFit& fit, const std::vector<TapMode>& measured) {
       fitted.computed = computed.frequency;
       fitted.radiationDecay = computed.radiation.decayRate;
     }
-    fit.modes.push_back(std::move(fitted));
+    fit.modes.push_back(fitted);
   }
 }
 

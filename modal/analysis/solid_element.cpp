@@ -11,6 +11,7 @@ namespace {
 constexpr std::size_t kOrder = 4;  // functions along an axis, each of four powers
 constexpr std::size_t kPairs = kOrder * kOrder;
 constexpr std::size_t kPowers = kMomentPowers;
+constexpr Eigen::Index kFreedom = 3 * Eigen::Index{kCellFunctions};  // of a cell
 
 using Powers = std::array<double, kPowers>;
 /// Products of two functions or their derivatives along an axis, by powers of the coordinate from
@@ -138,12 +139,12 @@ ElementMatrices solidElement(const Vec3& cellSize, const CellMoments& inside,
   const PairIntegrals integrals(inside);
   ElementMatrices matrices;
   matrices.mass.resize(kCellFunctions, kCellFunctions);
-  matrices.stiffness.setZero(3 * kCellFunctions, 3 * kCellFunctions);
+  matrices.stiffness.setZero(kFreedom, kFreedom);
   integrals.forEachPair({kNone, kNone, kNone},
                         [&](Eigen::Index first, Eigen::Index second, double integral) {
                           matrices.mass(first, second) = material.density * part * integral;
                         });
-  matrices.pull.setZero(3 * kCellFunctions);
+  matrices.pull.setZero(kFreedom);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     std::array<Slope, 3> slopes = {kNone, kNone, kNone};
     slopes[axis] = kFirst;

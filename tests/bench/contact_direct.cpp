@@ -72,7 +72,7 @@ struct Effort {
 };
 
 Effort shortEffort() {
-  return {.degreesOfFreedom = 900, .ofBell = 3500, .steps = 120.0, .periods = {1.0, 4.0}};
+  return {.degreesOfFreedom = 400, .ofBell = 1500, .steps = 120.0, .periods = {1.0, 4.0}};
 }
 
 using Point = std::array<double, 2>;  // m: radius and height
