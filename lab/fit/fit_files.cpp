@@ -131,7 +131,8 @@ void drawAxes(PngPicture& picture, double highest) {
     picture.line(x, 10, x, kHeight - kBottom, kGrid);
     picture.text(x - 8, kHeight - kBottom + 6, label(frequency), kInk);
   }
-  for (double level = 0.0; level >= -kShownLevels; level -= 20.0) {
+  for (int tick = 0; 20 * tick <= kShownLevels; ++tick) {
+    const double level = -20.0 * tick;
     picture.line(kLeft, levelPixel(level), kWidth - 10, levelPixel(level), kGrid);
     picture.text(4, levelPixel(level) - 5, std::to_string(static_cast<int>(level)), kInk);
   }

@@ -54,6 +54,7 @@ SurfaceMesh ballMesh(double radius) {
 /// the velocity shape . j, whose pressure is that times w and the volume.
 std::vector<double> relativeVolumes(const std::vector<TapMode>& modes) {
   std::vector<double> volumes;
+  volumes.reserve(modes.size());
   for (const TapMode& mode : modes)
     volumes.push_back(std::pow(10.0, mode.level / 20.0) / mode.frequency);
   return volumes;

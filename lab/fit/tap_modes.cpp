@@ -194,7 +194,10 @@ std::vector<BandMode> modesOfScale(const std::vector<TapSegment>& taps,
   const double highest = std::min(settings.highest, kHighestShare * sampleRate);
   std::vector<BandMode> found;
   std::size_t index = 0;
-  for (double from = settings.lowest; from < highest; from += scale.width, ++index) {
+  const auto bands =
+      static_cast<std::size_t>(std::ceil(std::max(highest - settings.lowest, 0.0) / scale.width));
+  for (; index < bands; ++index) {
+    const double from = settings.lowest + static_cast<double>(index) * scale.width;
     const Subband band(from + 0.5 * scale.width, scale.width, sampleRate);
     std::vector<BandSignal> signals;
     for (std::size_t tap = 0; tap < taps.size(); ++tap)
