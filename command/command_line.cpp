@@ -7,11 +7,14 @@
 #include <iomanip>
 #include <iostream>
 #include <sstream>
+#include <string_view>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include "carom/audio/synth_settings.h"
+#include "modal/json/json_reader.h"
+#include "scenes/format/material_reader.h"
 
 namespace carom::command {
 
@@ -34,6 +37,17 @@ int answer(const std::string& text) {
 
 std::string jsonText(const nlohmann::ordered_json& object) {
   return object.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+Result<Material> materialOf(const std::string& text) {
+  if (const Material* builtIn = findMaterial(text)) return *builtIn;
+  if (std::filesystem::path(text).has_extension()) return scenes::loadMaterial(text);
+  std::vector<std::string_view> names;
+  for (const Material& material : builtInMaterials())
+    names.emplace_back(material.name);
+  return Error{"--material: unknown material " + modal::inQuotes(text) +
+               modal::suggestion(text, names) + "; expected one of " + modal::quotedList(names) +
+               ", or a file FILE.json with its properties"};
 }
 
 bool isWavName(const std::string& file) {

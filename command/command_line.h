@@ -6,6 +6,8 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "carom/audio/material.h"
+#include "carom/audio/result.h"
 #include "carom/audio/vector.h"
 
 namespace CLI {
@@ -41,6 +43,10 @@ std::optional<double> fullScalePressure(const std::string& text);
 std::optional<Vec3> threeNumbers(const std::string& text, double limit);
 
 inline constexpr double kFarthestListener = 1e6;  ///< m, from the origin on each axis
+
+/// Returns the material that --material names: a built-in one, or that of a file with properties,
+/// of which the name has an extension. Errors: there is none of the name; those of loadMaterial.
+Result<Material> materialOf(const std::string& text);
 
 CLI::Validator oneOf(const std::vector<std::string>& words);
 CLI::Validator fileName();

@@ -21,8 +21,6 @@
 
 #include "carom/modal/mesh_file.h"
 #include "carom/modal/model_cache.h"
-#include "modal/json/json_reader.h"
-#include "scenes/format/material_reader.h"
 
 namespace carom::command {
 
@@ -127,15 +125,7 @@ Status FitCommand::checkOptions() const {
 }
 
 Result<Material> FitCommand::startMaterial() const {
-  const std::string name = material_.empty() ? kUnknownStart : material_;
-  if (const Material* builtIn = findMaterial(name)) return *builtIn;
-  if (fs::path(name).has_extension()) return loadMaterial(name);
-  std::vector<std::string_view> names;
-  for (const Material& material : builtInMaterials())
-    names.emplace_back(material.name);
-  return Error{"--material: unknown material " + modal::inQuotes(name) +
-               modal::suggestion(name, names) + "; expected one of " + modal::quotedList(names) +
-               ", or a file FILE.json with its properties"};
+  return materialOf(material_.empty() ? kUnknownStart : material_);
 }
 
 int FitCommand::readTaps(FitOutcome& outcome) const {

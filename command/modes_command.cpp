@@ -19,8 +19,6 @@
 #include "audio/io/partial_file.h"
 #include "carom/modal/mesh_analysis.h"
 #include "carom/modal/mesh_file.h"
-#include "modal/json/json_reader.h"
-#include "scenes/format/material_reader.h"
 #include "scenes/format/model_file.h"
 
 namespace carom::command {
@@ -109,18 +107,6 @@ std::string modesText(const MeshAnalysis& analysis) {
        << " below 20 Hz, " << model.leftOut.above << " above 20 kHz or the number asked for, "
        << model.leftOut.overdamped << " overdamped\n";
   return text.str();
-}
-
-/// Returns a built-in material by its name, or that of a file whose name has an extension.
-Result<Material> materialOf(const std::string& text) {
-  if (const Material* builtIn = findMaterial(text)) return *builtIn;
-  if (std::filesystem::path(text).has_extension()) return loadMaterial(text);
-  std::vector<std::string_view> names;
-  for (const Material& material : builtInMaterials())
-    names.emplace_back(material.name);
-  return Error{"--material: unknown material " + modal::inQuotes(text) +
-               modal::suggestion(text, names) + "; expected one of " + modal::quotedList(names) +
-               ", or a file FILE.json with its properties"};
 }
 
 // Warns of findings that are no errors, but worth knowing; `sought` is the accuracy asked for.

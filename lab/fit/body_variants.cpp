@@ -83,8 +83,10 @@ Result<ModalModel> BodyVariants::analysed(const BodyVariant& variant) const {
 
 std::vector<ComputedLine> linesOfModel(const ModalModel& model) {
   std::vector<ComputedLine> lines;
-  for (const Mode& mode : model.modes)
-    lines.push_back({mode.frequency, std::max(frequencyErrorOf(mode, kUnknownError), kLeastError)});
+  for (const Mode& mode : model.modes) {
+    const double error = mode.frequencyError > 0.0 ? mode.frequencyError : kUnknownError;
+    lines.push_back({mode.frequency, std::max(error, kLeastError)});
+  }
   return lines;
 }
 

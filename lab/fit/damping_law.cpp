@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <optional>
-#include <type_traits>
 #include <vector>
 
 #include <Eigen/Dense>
@@ -117,42 +115,12 @@ DampingLaw lossFactorOf(std::span<const MeasuredDecay> decays) {
   return law;
 }
 
-// Materials and modes are template arguments here so that this also compiles where they lack the
-// fields.
-
-template <class AnyMaterial>
-constexpr bool holdsLossFactor() {
-  return requires(AnyMaterial material) {
-    material.lossFactor;
-    material.lossExponent;
-  };
-}
-
-template <class AnyMaterial>
-void setLossFactor([[maybe_unused]] AnyMaterial& material, [[maybe_unused]] const DampingLaw& law) {
-  if constexpr (holdsLossFactor<AnyMaterial>()) {
-    material.lossFactor = law.lossFactor;
-    material.lossExponent = law.lossExponent;
-  }
-}
-
-template <class AnyMode>
-double errorOf([[maybe_unused]] const AnyMode& mode, double otherwise) {
-  if constexpr (requires { mode.frequencyError.has_value(); }) {
-    return mode.frequencyError.value_or(otherwise);
-  } else if constexpr (requires { mode.frequencyError; }) {
-    return mode.frequencyError > 0.0 ? mode.frequencyError : otherwise;
-  } else {
-    return otherwise;
-  }
-}
-
 }  // namespace
 
 double DampingLaw::decayRate(double frequency) const {
-  const double w = angular(frequency);
-  const double loss = lossFactor * std::pow(frequency / kReferenceFrequency, lossExponent);
-  return 0.5 * (alpha + beta * w * w) + 0.5 * loss * w;
+  Material material;
+  setDamping(material, *this);
+  return dampingRate(material, frequency);
 }
 
 DampingFit fitDamping(std::span<const MeasuredDecay> decays) {
@@ -163,32 +131,23 @@ DampingFit fitDamping(std::span<const MeasuredDecay> decays) {
   const DampingLaw loss = lossFactorOf(decays);
   fit.rayleighResidual = residualOf(rayleigh, decays);
   fit.lossFactorResidual = residualOf(loss, decays);
-  fit.isRayleigh =
-      !hasLossFactor() || fit.rayleighResidual <= kClearlyBetter * fit.lossFactorResidual;
+  fit.isRayleigh = fit.rayleighResidual <= kClearlyBetter * fit.lossFactorResidual;
   fit.law = fit.isRayleigh ? rayleigh : loss;
   return fit;
-}
-
-bool hasLossFactor() {
-  return holdsLossFactor<Material>();
 }
 
 void setDamping(Material& material, const DampingLaw& law) {
   material.dampingAlpha = law.alpha;
   material.dampingBeta = law.beta;
-  setLossFactor(material, law);
+  material.lossFactor = law.lossFactor;
+  material.lossExponent = law.lossExponent;
 }
 
 void addDamping(nlohmann::ordered_json& material, const DampingLaw& law) {
   material["damping_alpha"] = law.alpha;
   material["damping_beta"] = law.beta;
-  if (!hasLossFactor()) return;
   material["loss_factor"] = law.lossFactor;
   material["loss_exponent"] = law.lossExponent;
-}
-
-double frequencyErrorOf(const Mode& mode, double otherwise) {
-  return errorOf(mode, otherwise);
 }
 
 }  // namespace carom::lab

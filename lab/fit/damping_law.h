@@ -6,7 +6,6 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "carom/audio/material.h"
-#include "carom/audio/modal_model.h"
 
 namespace carom::lab {
 
@@ -17,8 +16,7 @@ struct MeasuredDecay {
   double weight = 1.0;     ///< inverse variance of its logarithm, up to a factor
 };
 
-/// A law of damping: the decay rate of a mode is (alpha + beta w^2) / 2 + eta(f) w / 2, with
-/// eta(f) = lossFactor (f / 1 kHz)^lossExponent.
+/// The four numbers of a material's damping (dampingRate).
 struct DampingLaw {
   double alpha = 0.0;         ///< 1/s
   double beta = 0.0;          ///< s
@@ -39,20 +37,13 @@ struct DampingFit {
 
 /// Fits Rayleigh's two numbers and a loss factor with an exponent (0 if there are fewer than three
 /// modes) by weighted least squares of relative deviations, in which single modes far off count
-/// less (Huber). Where materials have no loss factor (hasLossFactor), Rayleigh's law is taken.
-/// [any thread]
+/// less (Huber). [any thread]
 DampingFit fitDamping(std::span<const MeasuredDecay> decays);
 
-/// True if Material can hold a loss factor.
-bool hasLossFactor();
-
-/// The one place where a law becomes a material's.
+/// Gives a material the law.
 void setDamping(Material& material, const DampingLaw& law);
 
-/// The one place where it becomes JSON: the fields of a material in a scene file.
+/// Adds the law to a material's JSON, with the keys of a scene file.
 void addDamping(nlohmann::ordered_json& material, const DampingLaw& law);
-
-/// The bound of the relative error that a mode's frequency comes with; `otherwise` if it has none.
-double frequencyErrorOf(const Mode& mode, double otherwise);
 
 }  // namespace carom::lab

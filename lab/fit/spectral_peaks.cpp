@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <numbers>
 
+#include "lab/fit/level_statistics.h"
 #include "lab/fit/subband.h"
 #include <unsupported/Eigen/FFT>
 
@@ -21,18 +22,6 @@ constexpr double kOverMedian = 12.0;     // dB, above the spectrum around
 constexpr int kNeighbours = 3;           // bins that a peak exceeds on each side
 constexpr double kAround = 0.06;         // share of the frequency, for the median
 constexpr double kSlopeOverNoise = 8.0;  // of power: levels nearer to the noise do not count
-
-double decibels(double ratio) {
-  return 10.0 * std::log10(std::max(ratio, 1e-30));
-}
-
-double medianBetween(const std::vector<double>& values, std::size_t from, std::size_t to) {
-  std::vector<double> part(values.begin() + static_cast<std::ptrdiff_t>(from),
-                           values.begin() + static_cast<std::ptrdiff_t>(to));
-  const auto middle = part.begin() + static_cast<std::ptrdiff_t>(part.size() / 2);
-  std::nth_element(part.begin(), middle, part.end());
-  return *middle;
-}
 
 bool isLocalMaximum(const std::vector<double>& power, std::size_t at) {
   for (std::size_t step = 1; step <= kNeighbours; ++step) {
@@ -101,9 +90,9 @@ void addPeaks(const TapSegment& tap, double window, double lowest, double highes
     const auto reach = static_cast<std::size_t>(std::max(20.0, kAround * static_cast<double>(at)));
     const std::size_t from = at > reach ? at - reach : 0;
     const std::size_t to = std::min(ring.power.size(), at + reach);
-    const double around = medianBetween(ring.power, from, to);
+    const double around = medianOf(ring.power, from, to);
     const double background =
-        noise.power.size() == ring.power.size() ? medianBetween(noise.power, from, to) : around;
+        noise.power.size() == ring.power.size() ? medianOf(noise.power, from, to) : around;
     SpectralPeak peak{0.0, 0.0, ring.power[at], decibels(ring.power[at] / around),
                       decibels(ring.power[at] / background)};
     if (peak.overAround < kOverMedian || peak.overNoise < kOverNoise) continue;

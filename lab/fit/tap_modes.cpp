@@ -8,6 +8,7 @@
 #include <numbers>
 #include <span>
 
+#include "lab/fit/level_statistics.h"
 #include "lab/fit/spectral_peaks.h"
 #include "lab/fit/subband.h"
 #include "lab/fit/subspace_modes.h"
@@ -64,18 +65,6 @@ struct BandMode {
   std::size_t scale = 0;
   std::size_t band = 0;
 };
-
-double decibels(double ratio) {
-  return 10.0 * std::log10(std::max(ratio, 1e-30));
-}
-
-double medianOf(const std::vector<double>& values, std::size_t from, std::size_t to) {
-  std::vector<double> part(values.begin() + static_cast<std::ptrdiff_t>(from),
-                           values.begin() + static_cast<std::ptrdiff_t>(to));
-  const auto middle = part.begin() + static_cast<std::ptrdiff_t>(part.size() / 2);
-  std::nth_element(part.begin(), middle, part.end());
-  return *middle;
-}
 
 /// The density of the background of a tap over frequency.
 class NoiseDensity {

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <sstream>
 
+#include "lab/fit/level_statistics.h"
 #include <sndfile.h>
 
 namespace carom::lab {
@@ -42,13 +43,6 @@ std::vector<double> powers(std::span<const double> samples, std::size_t hop) {
 double meanOf(std::span<const double> values) {
   if (values.empty()) return 0.0;
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-}
-
-double medianOf(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// Returns the stretch in which the loudest blow begins.

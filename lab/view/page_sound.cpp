@@ -66,8 +66,8 @@ void roundMoving(ContactState& contact) {
   contact.rollingVelocity.setZero();
 }
 
-/// Of a contact that is too slow to sound, which only damps modes, nothing is asked but how hard it
-/// presses and where. The rest repeats the step before, which packs to nothing.
+/// Leaves of a contact that is too slow to sound how hard it presses and where: it only damps
+/// modes. The rest repeats the step before, which packs to nothing.
 void roundResting(ContactState& contact, const ContactState& before) {
   ContactState resting = before;
   resting.time = contact.time;

@@ -40,7 +40,7 @@ void keepResidual(ModalModel& model, const EigenModes& found, const StaticRespon
     const double above = found.lambda[mode] - response.shift;
     const double volume = found.shapes.col(mode).dot(load);
     const double pull = response.pulls.size() > 0 ? response.pulls[mode] : volume;
-    // What a mode is heard to displace follows from its shape at the vertices; a rigid one
+    // An elastic mode is heard to displace what its shape at the vertices does; a rigid one
     // displaces nothing, and only its own rounding takes it out.
     left -= (isRigid ? pull : volume) / above * found.shapes.col(mode);
     massMoment -= std::pow(pull / above, 2);

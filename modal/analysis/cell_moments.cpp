@@ -247,7 +247,8 @@ GridFilling fillingOf(const GridSurface& surface) {
     const auto second = (axis + 2) % 3;
     for (place[first] = 0; place[first] <= last[first]; ++place[first]) {
       for (place[second] = 0; place[second] <= last[second]; ++place[second]) {
-        // What leaves a cell at its far face has come in at its near one, or through the surface.
+        // A flow along the axis leaves a cell at its far face as it came in at its near one, less
+        // what passes through the surface.
         double inside = 0.0;
         std::size_t cell = indexOf(count, place);
         for (int layer = 0; layer <= last[axis]; ++layer, cell += stride) {

@@ -147,6 +147,29 @@ class Groups {
   std::size_t count_;
 };
 
+// Calls join(index of the cell before) for each cell that a cell hangs together with at its near
+// faces.
+template <class Join>
+void eachJoined(const SplineMesh& mesh, const GridFilling& filling, const SplineCell& cell,
+                const Join& join) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    std::array<int, 3> place = cell.place;
+    if (filling.nearFace[axis][indexOf(mesh.count, place)] < kLeastFace) continue;
+    if (--place[axis] < 0) continue;
+    const std::int32_t before = mesh.cellAt[indexOf(mesh.count, place)];
+    if (before >= 0) join(static_cast<std::uint32_t>(before));
+  }
+}
+
+// Number of groups of cells that hang together by faces.
+std::size_t piecesOf(const SplineMesh& mesh, const GridFilling& filling) {
+  Groups groups(mesh.cells.size());
+  for (std::size_t cell = 0; cell < mesh.cells.size(); ++cell)
+    eachJoined(mesh, filling, mesh.cells[cell],
+               [&](std::uint32_t before) { groups.join(cell, before); });
+  return groups.count();
+}
+
 // Makes grids of one surface.
 class SplineGridder {
  public:
@@ -185,7 +208,8 @@ class SplineGridder {
     return static_cast<std::size_t>(std::count(used.begin(), used.end(), true));
   }
 
-  SplineMesh grid(const std::array<int, 3>& count) const {
+  // Error: several bodies that do not touch.
+  Result<SplineMesh> grid(const std::array<int, 3>& count) const {
     SplineMesh mesh;
     mesh.axes = axes_;
     mesh.origin = axes_ * extent_.low;
@@ -195,24 +219,11 @@ class SplineGridder {
     const GridSurface surface = placed(count);
     const GridFilling filling = fill(surface);
     addCells(mesh, surface, filling);
+    if (const std::size_t pieces = piecesOf(mesh, filling); pieces != 1)
+      return Error{"the surface is of " + std::to_string(pieces) +
+                   " bodies that do not touch; expected one body"};
     addNodes(mesh, filling);
     return mesh;
-  }
-
-  // Number of groups of cells that hang together by faces.
-  std::size_t piecesOf(const SplineMesh& mesh) const {
-    const GridFilling filling = fill(placed(mesh.count));
-    Groups groups(mesh.cells.size());
-    for (std::size_t cell = 0; cell < mesh.cells.size(); ++cell) {
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        std::array<int, 3> place = mesh.cells[cell].place;
-        if (filling.nearFace[axis][indexOf(mesh.count, place)] < kLeastFace) continue;
-        if (--place[axis] < 0) continue;
-        const std::int32_t before = mesh.cellAt[indexOf(mesh.count, place)];
-        if (before >= 0) groups.join(cell, static_cast<std::size_t>(before));
-      }
-    }
-    return groups.count();
   }
 
  private:
@@ -300,18 +311,12 @@ class SplineGridder {
                                                           const GridFilling& filling,
                                                           std::span<const std::uint32_t> cells) {
     Groups groups(cells.size());
-    for (std::size_t one = 0; one < cells.size(); ++one) {
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        std::array<int, 3> place = mesh.cells[cells[one]].place;
-        if (filling.nearFace[axis][indexOf(mesh.count, place)] < kLeastFace) continue;
-        if (--place[axis] < 0) continue;
-        const std::int32_t before = mesh.cellAt[indexOf(mesh.count, place)];
-        if (before < 0) continue;
-        const auto found = std::ranges::lower_bound(cells, static_cast<std::uint32_t>(before));
-        if (found != cells.end() && *found == static_cast<std::uint32_t>(before))
+    for (std::size_t one = 0; one < cells.size(); ++one)
+      eachJoined(mesh, filling, mesh.cells[cells[one]], [&](std::uint32_t before) {
+        const auto found = std::ranges::lower_bound(cells, before);
+        if (found != cells.end() && *found == before)
           groups.join(one, static_cast<std::size_t>(found - cells.begin()));
-      }
-    }
+      });
     std::array<std::size_t, kCellFunctions> numbers{};
     std::size_t count = 0;
     for (std::size_t index = 0; index < cells.size(); ++index) {
@@ -402,11 +407,7 @@ Result<SplineMesh> splineMesh(const SurfaceMesh& surface, const GridSettings& se
   if (across.cwiseMax(1.0).prod() > kMostCells)
     return Error{"cells of " + metres(size) + " are too fine for the body: a grid of more than " +
                  std::to_string(std::lround(kMostCells)) + " cells"};
-  SplineMesh mesh = gridder.grid(gridder.countFor(size));
-  if (const std::size_t pieces = gridder.piecesOf(mesh); pieces != 1)
-    return Error{"the surface is of " + std::to_string(pieces) +
-                 " bodies that do not touch; expected one body"};
-  return mesh;
+  return gridder.grid(gridder.countFor(size));
 }
 
 CellPoint locate(const SplineMesh& mesh, const Vec3& point) {

@@ -57,11 +57,11 @@ struct SplineMesh {
 /// edges scale with the fourth root of the box's edges, within 1 : 5: cubes for a body as thick as
 /// long, flat cells for a flat body.
 ///
-/// What the cells hold is exact; of bodies that overlap, it is taken along rays. Where the parts of
-/// the body under one function do not hang together through the cells, as on both sides of a slot
-/// of a cell's width, each part has a function of its own. Parts that lie nearer to each other than
-/// a cell become one, unnoticed. In a cut cell the part outside is filled by a material of a
-/// thousand-millionth of the stiffness and density, so that no function is left without.
+/// The moments of cells are exact; those of bodies that overlap are taken along rays. Where the
+/// parts of the body under one function do not hang together through the cells, as on both sides of
+/// a slot of a cell's width, each part has a function of its own. Parts that lie nearer to each
+/// other than a cell become one, unnoticed. In a cut cell the part outside is filled by a material
+/// of a thousand-millionth of the stiffness and density, so that no function is left without.
 ///
 /// Errors: indices out of range, coordinates that are not finite, an open surface, no volume,
 /// settings without sense, several bodies that do not touch. [any thread], allocates.

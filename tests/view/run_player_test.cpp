@@ -169,7 +169,8 @@ INSTANTIATE_TEST_SUITE_P(Library, PlayedRuns,
                          [](const auto& one) { return std::string(one.param.scene); });
 
 TEST(PageSounds, AreAsLoud) {
-  // What slides is another sound of the same level; what was rounded by mistake would be another.
+  // A slide that is rounded has other samples of the same level; the level would change with a
+  // number that was rounded too far.
   for (const auto& [name, duration] :
        {Case{"coin_spin", 1.0}, Case{"pen_scrapes_brick", 0.7}, Case{"wood_blocks", 1.5}}) {
     const ViewRun view = viewOf(sceneOf(name, duration));
