@@ -9,25 +9,21 @@ int main() {
   Game game;
   auto sound = carom::Sound::attach(game.world);
   if (!sound || !sound->recordRun("game.carom")) return 1;
-  game.crate.setUserIndex(1);
-  game.bar.setUserIndex(2);
-  game.ball.setUserIndex(3);
 
   carom::SoundCollision loudest;
-  int body = 0;
-  const auto listen = [&](const carom::SoundCollision& hit) {
-    if (hit.peak <= loudest.peak) return;
-    loudest = hit;
-    body = hit.body ? hit.body->getUserIndex() : 0;
+  const auto compare = [&](const carom::SoundCollision& hit) {
+    if (hit.peak > loudest.peak) loudest = hit;
   };
-  if (!sound->onCollision(listen)) return 1;
+  if (!sound->onCollision(compare)) return 1;
 
   for (int frame = 0; frame < 240; ++frame) {
     game.step();
     if (!sound->setListener(game.camera())) return 1;
   }
   if (!sound->close()) return 1;
-  std::printf("loudest: body %d at %.6f s, %.2f m/s, %.3f N s, at most %.2f Pa\n", body,
-              loudest.time, loudest.approachSpeed, loudest.impulse, loudest.peak);
+  const bool crate = loudest.body == &game.crate || loudest.other == &game.crate;
+  std::printf("loudest: %s at %.6f s, %.2f m/s, %.2f N s, at most %.2f Pa\n",
+              crate ? "the crate" : "not the crate", loudest.time, loudest.approachSpeed,
+              loudest.impulse, loudest.peak);
   return 0;
 }
