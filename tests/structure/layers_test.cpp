@@ -62,7 +62,7 @@ std::vector<Layer> layers() {
   };
 }
 
-/// Files that may include one more name.
+/// Files, and folders with their slash, that may include one more name.
 const std::vector<Layer>& exceptions() {
   static const std::vector<Layer> list = {
       {"audio/io/sound_file.cpp", "sndfile\\.h"},
@@ -96,6 +96,7 @@ const std::vector<Layer>& exceptions() {
       {"plugin/include/carom/carom.h", "std(def|int)\\.h"},
       {"plugin/examples/c_click.c", "stdio\\.h"},
       {"plugin/examples/c_host.c", "(math|stdio)\\.h"},
+      {"plugin/examples/getting_started/", "game\\.h"},
       {"plugin/realtime/sound_session.cpp", "pthread\\.h"},
       {"plugin/listen/bullet_function.cpp", "(dlfcn|link)\\.h"},
       {"plugin/listen/heard_worlds.cpp", "unistd\\.h|sys/uio\\.h"},
@@ -118,7 +119,8 @@ bool mayInclude(const Layer& layer, const std::string& file, const std::string& 
                 char bracket) {
   if (isStandard(name, bracket) || matches(name, layer.mayInclude)) return true;
   return std::ranges::any_of(exceptions(), [&](const Layer& exception) {
-    return exception.folder == file && matches(name, exception.mayInclude);
+    const bool holds = exception.folder.ends_with('/') && file.starts_with(exception.folder);
+    return (holds || exception.folder == file) && matches(name, exception.mayInclude);
   });
 }
 
