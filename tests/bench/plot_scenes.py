@@ -59,10 +59,12 @@ SCENES = [
     Scene("library/pen_scrapes_brick.json", "A pen scrapes over bricks", 1.15, 0.4, [
         (0.036, 9000, "lands", (16, 10)), (0.456, 9000, "ticks at joints", (22, 12)), (0.86, 6000, "scrapes", (-16, 32)), (1.053, 3000, "rests", (4, 44))],
         {"position": [0.06, 0.11, 0.24], "looks_at": [-0.05, 0, 0.03], "field_of_view": 30}),
-    Scene("library/jello_and_marbles.json", "Marbles fall on jello", 2.2, 0.45, [
-        (0.217, 120, "the jello wobbles", (60, 0)), (0.326, 8000, "steel ball on the table", (26, 26)), (1.9, 3000, "last hops", (-40, 40))]),
-    Scene("library/jello_stiff.json", "A block as stiff as rubber rings", 0.5, 0.02, [
-        (0.005, 8000, "a steel ball hits", (20, 12)), (0.25, 2800, "tones of its own", (20, 34))]),
+    Scene("library/jello_and_marbles.json", "Marbles fall on jello", 2.2, 0.3, [
+        (0.8, 110, "the jello wobbles", (60, 24)), (0.326, 7000, "steel ball on the table", (40, 22)), (1.9, 3000, "last hops", (10, 50))],
+        {"position": [0.16, 0.2, 0.4], "looks_at": [0.02, 0.055, 0], "field_of_view": 27}),
+    Scene("library/jello_stiff.json", "A block as stiff as rubber rings", 0.5, 0.005, [
+        (0.006, 12000, "a steel ball hits", (40, 0)), (0.25, 2800, "tones of its own", (20, 34))],
+        {"position": [0.1, 0.09, 0.16], "looks_at": [0, 0.005, 0], "field_of_view": 26}),
     Scene("library/marbles_in_a_box.json", "Eighty marbles in a box", 5.0, 0.55, [
         (0.3, 300, "poured in", (10, -10)), (1.5, 6000, "click on each other and the wood", (10, 20)), (4.0, 3000, "come to rest", (0, 30))]),
     Scene("shows/ringing_dominoes.json", "Dominoes that ring", 2.9, 1.28, [

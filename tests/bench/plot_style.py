@@ -71,11 +71,18 @@ def shrink(path, levels):
     """256 colours: so many of the scale of levels, which has to stay smooth, and else those that the picture has."""
     with Image.open(path) as file:
         image = file.convert("RGB")
-    found = image.quantize(256 - levels, method=Image.Quantize.MEDIANCUT).getpalette()[: 3 * (256 - levels)]
-    scale = [round(255 * part) for i in range(levels) for part in matplotlib.colormaps[LEVELS](i / (levels - 1))[:3]]
-    palette = Image.new("P", (1, 1))
-    palette.putpalette(found + scale)
-    image.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG if levels else Image.Dither.NONE).save(path, optimize=True)
+    found = image.quantize(256 - levels, method=Image.Quantize.MEDIANCUT)
+    if levels:
+        scale = [round(255 * part) for i in range(levels) for part in matplotlib.colormaps[LEVELS](i / (levels - 1))[:3]]
+        palette = Image.new("P", (1, 1))
+        palette.putpalette(found.getpalette()[: 3 * (256 - levels)] + scale)
+        found = image.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG)
+    colours = found.getpalette()
+    for i in range(0, len(colours), 3):
+        if min(colours[i : i + 3]) >= 250:  # paper, which medians make grey
+            colours[i : i + 3] = [255, 255, 255]
+    found.putpalette(colours)
+    found.save(path, optimize=True)
 
 
 def label_points(axes, labels, curves=(), fontsize=9.0):

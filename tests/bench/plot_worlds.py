@@ -41,8 +41,8 @@ def main():
     axes.barh(places, bridge, color=style.BLUE, height=0.72, label="finding the collisions (the bridge)")
     axes.barh(places, [all - part for all, part in zip(everything, bridge)], left=bridge, color=style.SKY, height=0.72,
               label="making their sound, rendering included")
-    axes.axvline(BAR, color=style.INK, linestyle=":", linewidth=1.4)
-    axes.annotate(f"wanted: below {BAR:.0f} %", (BAR, len(names) - 0.5), (4, 6), textcoords="offset points", annotation_clip=False)
+    axes.axvline(BAR, color=style.INK, linestyle=":", linewidth=1.4, zorder=1.5)
+    axes.annotate(f"wanted: below {BAR:.0f} %", (BAR, -0.6), (0, 5), textcoords="offset points", ha="center", annotation_clip=False)
     for place, share in zip(places, everything):
         axes.text(share + 2, place, f"{share:.0f} %", va="center", color=style.SOFT,
                   bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8})
@@ -51,7 +51,7 @@ def main():
     axes.tick_params(axis="y", length=0, labelcolor=style.INK)
     axes.set_xlabel("time for sound, in percent of the time of Bullet's own steps (60 substeps a second)")
     axes.set_ylabel("world, and Bullet's own time for a second of it")
-    axes.legend(loc="upper right")
+    axes.legend(loc="upper right", bbox_to_anchor=(1.0, 0.99))
     style.tidy(axes, grid="x")
     style.save(figure, sys.argv[2])
 

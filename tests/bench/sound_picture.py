@@ -14,7 +14,7 @@ import plot_style as style
 REFERENCE = 20e-6  # Pa, of 0 dB SPL
 LOW, HIGH = 50.0, 20000.0  # Hz
 BANDS_PER_OCTAVE = 24
-WIDTH = 1.0 / 6.0  # octaves, of a band at half of its power
+WIDTH = 1.0 / 12.0  # octaves, of a band at half of its power
 LEAST_WIDTH = 40.0  # Hz: narrower bands would smear a click over more than a fiftieth of a second
 TICKS = [50, 100, 200, 500, 1000, 2000, 5000, 10000, 20000]
 
