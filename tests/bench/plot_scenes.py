@@ -65,10 +65,11 @@ SCENES = [
     Scene("library/jello_stiff.json", "A block as stiff as rubber rings", 0.5, 0.005, [
         (0.006, 12000, "a steel ball hits", (40, 0)), (0.25, 2800, "tones of its own", (20, 34))],
         {"position": [0.1, 0.09, 0.16], "looks_at": [0, 0.005, 0], "field_of_view": 26}),
-    Scene("library/marbles_in_a_box.json", "Eighty marbles in a box", 5.0, 0.55, [
-        (0.3, 300, "poured in", (10, -10)), (1.5, 6000, "click on each other and the wood", (10, 20)), (4.0, 3000, "come to rest", (0, 30))]),
-    Scene("shows/ringing_dominoes.json", "Dominoes that ring", 2.9, 1.28, [
-        (0.18, 400, "first blow", (14, -20)), (1.2, 3000, "each tile has its tone", (10, 40)), (2.5, 3000, "they ring on", (0, 40))]),
+    Scene("library/marbles_in_a_box.json", "Eighty marbles in a box", 5.0, 0.34, [
+        (0.19, 150, "the first land", (40, -6)), (1.1, 9000, "they click on each other and on wood", (30, 10)), (4.1, 2500, "single hops", (0, 40))],
+        {"position": [0.2, 0.17, 0.24], "looks_at": [-0.03, 0.06, -0.03], "field_of_view": 40}),
+    Scene("shows/ringing_dominoes.json", "Ringing dominoes", 2.9, 1.28, [
+        (0.185, 150, "first blow", (26, -14)), (1.4, 1150, "each tile has its tone", (10, -46)), (1.74, 12000, "the last ones", (40, 10)), (2.6, 2000, "they ring on", (0, 40))]),
 ]
 FIRST_SCREEN = "marbles_in_a_box"
 

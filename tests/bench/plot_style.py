@@ -19,7 +19,7 @@ from PIL import Image
 BLUE, ORANGE, GREEN, PURPLE, SKY, YELLOW, BLACK = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#1a1a1a"
 INK, SOFT, FAINT = "#1a1a1a", "0.35", "0.9"
 LEVELS = "magma"  # colours of levels
-LOWEST, HIGHEST = 0.0, 90.0  # dB SPL: the ends of the one scale of all spectrograms
+LOWEST, HIGHEST = 0.0, 100.0  # dB SPL: the ends of the one scale of all spectrograms
 MINUS = "\N{MINUS SIGN}"
 HALO = [matplotlib.patheffects.withStroke(linewidth=2.2, foreground="#1a0a2a")]  # behind white text on levels
 

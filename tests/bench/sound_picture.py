@@ -47,7 +47,7 @@ def levels(pressure, rate, columns):
     rows = []
     for frequency in frequencies():
         half = max(frequency * (2.0 ** (WIDTH / 2.0) - 1.0), LEAST_WIDTH / 2.0)
-        reach = slice(*np.searchsorted(grid, [frequency - 4.0 * half, frequency + 4.0 * half]))
+        reach = slice(*np.searchsorted(grid, [frequency - 6.5 * half, frequency + 6.5 * half]))
         band = np.zeros(padded, complex)
         # The power of a Gaussian is halved at `half` from its middle.
         band[reach] = 2.0 * spectrum[reach] * np.exp(-0.5 * np.log(2.0) * ((grid[reach] - frequency) / half) ** 2)
