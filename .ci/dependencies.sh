@@ -12,6 +12,8 @@ carom_bench_packages="libbenchmark-dev"
 carom_lint_packages="clang clang-format clang-tidy libclang-rt-14-dev"
 # For tests/fuzz/run: llvm reads what regions were reached.
 carom_fuzz_packages="clang libclang-rt-14-dev llvm python3"
+# For docs/figures/make.sh: the plots of tests/bench.
+carom_figure_packages="python3 python3-numpy python3-scipy python3-matplotlib"
 # A second standard library, for what other platforms have: compiled, not run.
 carom_libcxx_packages="clang-19 libc++-19-dev libc++abi-19-dev"
 

@@ -54,11 +54,6 @@ def percent(value, _=None):
     return f"{100 * value:.3g} %"
 
 
-def words(label):
-    """The report's names in words that need no other page."""
-    return label.replace("all of the hand-out's sound", "all simplifications of the sound").replace("the hand-out's sound", "simplified sound")
-
-
 def ticks(low, high, every):
     return [m * 10.0**power for power in range(-9, 4) for m in every if low < m * 10.0**power < high]
 
@@ -66,7 +61,7 @@ def ticks(low, high, every):
 def key(front):
     lines = []
     for number, (variant, time, error) in enumerate(front, 1):
-        lines += [f"{number}  {line}" if i == 0 else f"    {line}" for i, line in enumerate(textwrap.wrap(words(variant["label"]), 31))]
+        lines += [f"{number}  {line}" if i == 0 else f"    {line}" for i, line in enumerate(textwrap.wrap(variant["label"], 31))]
         lines += [f"    {seconds(time)}, {percent(error)}", ""]
     return "\n".join(lines)
 

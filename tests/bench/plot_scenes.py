@@ -28,6 +28,7 @@ FULL_SCALE = 20.0  # Pa, of 1.0 in the files that are read here
 PEAK = 10.0 ** (-3.0 / 20.0)  # of the sounds
 RATE = 44100  # Hz, of the sounds
 SIZE = (1680, 640)  # pixels of a still
+PICTURE, LARGE_PICTURE = 320, 530  # pixels: the height of a still in its figure, and in README
 
 
 @dataclasses.dataclass
@@ -48,7 +49,7 @@ class Scene:
 
 SCENES = [
     Scene("library/box_slides_to_rest.json", "A box slides to rest", 0.8, 0.3, [
-        (0.006, 9000, "pushed", (30, 18)), (0.4, 2500, "slides, ever slower", (30, 48)), (0.70, 300, "rests", (14, 26))],
+        (0.008, 9000, "pushed", (30, -30)), (0.4, 2500, "slides, ever slower", (30, 40)), (0.70, 300, "rests", (14, 26))],
         {"position": [0.28, 0.2, 0.36], "looks_at": [-0.03, 0.0, 0], "field_of_view": 28}),
     Scene("library/marble_rolls_on_wood.json", "A marble rolls on wood", 3.4, 1.1, [
         (0.55, 4500, "rolls down a board", (-10, 26)), (1.155, 9000, "over its edge", (18, 12)), (2.3, 2200, "rolls on the next one", (-10, 40)),
@@ -57,7 +58,7 @@ SCENES = [
     Scene("library/coin_spin.json", "A coin spins down", 5.3, 2.0, [
         (0.02, 3000, "let go", (30, -20)), (3.1, 5500, "its rim rolls, ever faster", (-10, -40)), (5.03, 3000, "lies flat", (-44, -24))]),
     Scene("library/pen_scrapes_brick.json", "A pen scrapes over bricks", 1.15, 0.4, [
-        (0.036, 9000, "lands", (16, 10)), (0.456, 9000, "ticks at joints", (22, 12)), (0.86, 6000, "scrapes", (-16, 32)), (1.053, 3000, "rests", (4, 44))],
+        (0.036, 9000, "lands", (16, 10)), (0.456, 9000, "ticks at joints", (22, 12)), (0.86, 5000, "scrapes", (-16, 26)), (1.053, 3000, "rests", (4, 44))],
         {"position": [0.06, 0.11, 0.24], "looks_at": [-0.05, 0, 0.03], "field_of_view": 30}),
     Scene("library/jello_and_marbles.json", "Marbles fall on jello", 2.2, 0.3, [
         (0.8, 110, "the jello wobbles", (60, 24)), (0.326, 7000, "steel ball on the table", (40, 22)), (1.9, 3000, "last hops", (10, 50))],
@@ -132,7 +133,7 @@ def annotate(axes, notes):
                       arrowprops={"arrowstyle": "-", "color": "white", "linewidth": 0.9, "shrinkA": 2, "shrinkB": 2})
 
 
-def draw(scene, still, pressure, rate, size=(840, 720), picture=320, wave=84):
+def draw(scene, still, pressure, rate, size=(840, 720), picture=PICTURE, wave=84):
     """A still, the pressure below it and its levels below that; `picture` and `wave` are heights in pixels."""
     width, height = size
     figure = plt.figure(figsize=(width / 100, height / 100), dpi=100)
@@ -160,8 +161,8 @@ def draw(scene, still, pressure, rate, size=(840, 720), picture=320, wave=84):
     bar = figure.colorbar(image, cax=place(figure, width - right + 12, bottom, 14, tall), extend="both", extendfrac=0.03)
     bar.set_label("level in dB SPL at the listener")
     bar.outline.set_visible(False)
-    waves.yaxis.set_label_coords(-64 / across, 0.5)
-    spectrum.yaxis.set_label_coords(-64 / across, 0.5)
+    waves.yaxis.set_label_coords(-46 / across, 0.5)
+    spectrum.yaxis.set_label_coords(-58 / across, 0.5)
     return figure
 
 
@@ -203,9 +204,9 @@ def main():
                 continue
             rate, samples = maker.sound(scene)
             still = maker.still(scene)
-            style.save(draw(scene, still, samples[0], rate), arguments.figures / (scene.name + ".png"), with_levels=True)
+            style.save(draw(scene, still, samples[0], rate), arguments.figures / (scene.name + ".png"), still=PICTURE)
             if scene.name == FIRST_SCREEN:
-                style.save(draw(scene, still, samples[0], rate, (1400, 980), 520, 90), arguments.figures / "first_screen.png", with_levels=True)
+                style.save(draw(scene, still, samples[0], rate, (1400, 960), LARGE_PICTURE, 90), arguments.figures / "first_screen.png", still=LARGE_PICTURE)
             if arguments.sounds:
                 write_sound(scene, samples, rate, arguments.sounds / (scene.name + ".flac"), folder)
 

@@ -57,32 +57,45 @@ def log_ticks(axis, ticks, text=plain):
     axis.set_major_formatter(FuncFormatter(lambda value, _: text(value)))
 
 
-def save(figure, path, dpi=100, with_levels=False):
-    """Writes a PNG with a palette, which has a third of the bytes; other endings as matplotlib writes them."""
+def save(figure, path, dpi=100, still=0):
+    """Writes a PNG with a palette, which has a third of the bytes; other endings as matplotlib writes them.
+
+    The upper `still` pixels are a picture, and below are levels by colour.
+    """
     path = pathlib.Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=dpi)
     plt.close(figure)
     if path.suffix == ".png":
-        shrink(path, 96 if with_levels else 0)
+        with Image.open(path) as file:
+            image = file.convert("RGB")
+        (with_levels(image, still) if still else few_colours(image)).save(path, optimize=True)
 
 
-def shrink(path, levels):
-    """256 colours: so many of the scale of levels, which has to stay smooth, and else those that the picture has."""
-    with Image.open(path) as file:
-        image = file.convert("RGB")
-    found = image.quantize(256 - levels, method=Image.Quantize.MEDIANCUT)
-    if levels:
-        scale = [round(255 * part) for i in range(levels) for part in matplotlib.colormaps[LEVELS](i / (levels - 1))[:3]]
-        palette = Image.new("P", (1, 1))
-        palette.putpalette(found.getpalette()[: 3 * (256 - levels)] + scale)
-        found = image.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG)
+def few_colours(image):
+    found = image.quantize(256, method=Image.Quantize.MEDIANCUT)
     colours = found.getpalette()
     for i in range(0, len(colours), 3):
         if min(colours[i : i + 3]) >= 250:  # paper, which medians make grey
             colours[i : i + 3] = [255, 255, 255]
     found.putpalette(colours)
-    found.save(path, optimize=True)
+    return found
+
+
+def with_levels(image, still, levels=88):
+    """256 colours: so many of the scale of levels, which has to stay smooth, those of lines and letters, and else the still's."""
+    scale = [matplotlib.colormaps[LEVELS](i / (levels - 1))[:3] for i in range(levels)]
+    lines = [matplotlib.colors.to_rgb(colour) for colour in (INK, SOFT, BLUE)]
+    faded = [[1.0 - strength * (1.0 - part) for part in colour] for colour in lines for strength in (0.25, 0.5, 0.75, 1.0)] + [(1.0, 1.0, 1.0)]
+    fixed = [round(255 * part) for colour in scale + faded for part in colour]
+    width, height = image.size
+    upper, lower = image.crop((0, 0, width, still)), image.crop((0, still, width, height))
+    free = 256 - len(fixed) // 3
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(fixed + upper.quantize(free, method=Image.Quantize.MAXCOVERAGE, kmeans=1).getpalette()[: 3 * free])
+    whole = image.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG)
+    whole.paste(lower.quantize(palette=palette, dither=Image.Dither.NONE), (0, still))
+    return whole
 
 
 def label_points(axes, labels, curves=(), fontsize=9.0):
