@@ -25,7 +25,7 @@ PULSES = {  # name and colour
     "gaussian": ("Gaussian", style.BLUE),
     "mitchell_netravali": ("Mitchell and Netravali", style.GREEN),
     "course_gaussian": ("course Gaussian", style.ORANGE),
-    "dissipative_hertz": ("dissipative Hertz, e = 0.5", style.PURPLE),
+    "dissipative_hertz": ("dissipative Hertz, restitution 0.5", style.PURPLE),
 }
 DURATIONS = {1e-6: "1 µs", 1e-5: "10 µs", 1e-4: "100 µs", 1e-3: "1 ms", 1e-2: "10 ms", 0.1: "100 ms"}
 OFFSETS = {  # where durations stand beside the points of a sampling, of shorter and of longer contacts

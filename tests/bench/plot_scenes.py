@@ -61,7 +61,7 @@ SCENES = [
         (0.036, 9000, "lands", (16, 10)), (0.456, 9000, "ticks at joints", (22, 12)), (0.86, 5000, "scrapes", (-16, 26)), (1.053, 3000, "rests", (4, 44))],
         {"position": [0.06, 0.11, 0.24], "looks_at": [-0.05, 0, 0.03], "field_of_view": 30}),
     Scene("library/jello_and_marbles.json", "Marbles fall on jello", 2.2, 0.3, [
-        (0.8, 110, "the jello wobbles", (60, 24)), (0.326, 7000, "steel ball on the table", (40, 22)), (1.9, 3000, "last hops", (10, 50))],
+        (0.8, 110, "the jello wobbles", (60, 24)), (0.326, 7000, "steel ball on the table", (40, 22)), (1.9, 3000, "last hops", (-20, 36))],
         {"position": [0.16, 0.2, 0.4], "looks_at": [0.02, 0.055, 0], "field_of_view": 27}),
     Scene("library/jello_stiff.json", "A block as stiff as rubber rings", 0.5, 0.005, [
         (0.006, 12000, "a steel ball hits", (40, 0)), (0.25, 2800, "tones of its own", (20, 34))],
@@ -161,7 +161,7 @@ def draw(scene, still, pressure, rate, size=(840, 720), picture=PICTURE, wave=84
     bar = figure.colorbar(image, cax=place(figure, width - right + 12, bottom, 14, tall), extend="both", extendfrac=0.03)
     bar.set_label("level in dB SPL at the listener")
     bar.outline.set_visible(False)
-    waves.yaxis.set_label_coords(-46 / across, 0.5)
+    waves.yaxis.set_label_coords(-53 / across, 0.5)
     spectrum.yaxis.set_label_coords(-58 / across, 0.5)
     return figure
 

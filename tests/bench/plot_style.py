@@ -19,7 +19,7 @@ from PIL import Image
 BLUE, ORANGE, GREEN, PURPLE, SKY, YELLOW, BLACK = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#1a1a1a"
 INK, SOFT, FAINT = "#1a1a1a", "0.35", "0.9"
 LEVELS = "magma"  # colours of levels
-LOWEST, HIGHEST = 0.0, 100.0  # dB SPL: the ends of the one scale of all spectrograms
+LOWEST, HIGHEST = 0.0, 110.0  # dB SPL: the ends of the one scale of all spectrograms
 MINUS = "\N{MINUS SIGN}"
 HALO = [matplotlib.patheffects.withStroke(linewidth=2.2, foreground="#1a0a2a")]  # behind white text on levels
 
@@ -95,6 +95,8 @@ def with_levels(image, still, levels=88):
     palette.putpalette(fixed + upper.quantize(free, method=Image.Quantize.MAXCOVERAGE, kmeans=1).getpalette()[: 3 * free])
     whole = image.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG)
     whole.paste(lower.quantize(palette=palette, dither=Image.Dither.NONE), (0, still))
+    paper = image.convert("L").point(lambda value: 255 if value == 255 else 0)  # which the nearest colour is a little off
+    whole.paste(len(fixed) // 3 - 1, (0, 0), paper)
     return whole
 
 
