@@ -3,8 +3,9 @@
 #
 #     docs/figures/make.sh [CAROM TEMPLATE]
 #
-# with a command and a page's template that are there (docs/view.md), or else with those that it builds first. What was measured
-# is read from docs/figures/data, tests/bench/baseline.json and docs/report/report.json; each plot_*.py says how that is made.
+# with a command and a page's template that are there (docs/view.md; one without the engine will do, as stills make no sound), or
+# else with those that it builds first. What was measured is read from docs/figures/data, tests/bench/baseline.json and
+# docs/report/report.json; each plot_*.py says how that is made.
 # docs/figures/gallery.png is a picture of the page of all scenes by hand.
 set -euo pipefail
 cd "$(dirname "$0")/../.."

@@ -18,7 +18,8 @@ COLOURS = dict(zip(NAMES, [style.ORANGE, style.BLUE, style.YELLOW, style.GREEN, 
 WORDS = {name: name.replace("_", " ").replace("euler", "Euler").replace("rk4", "Runge-Kutta 4") for name in NAMES}
 MARKERS = dict(zip(NAMES, "v^soPD"))
 DAMPINGS = {"0.0": ("no damping", style.BLUE), "0.2": ("weak damping: d w / k = 0.2", style.GREEN), "3.0": ("strong damping: d w / k = 3", style.ORANGE)}
-UNDAMPED = 2.0  # symplectic Euler's limit of w h without damping, by theory
+UNDAMPED = 2.0  # symplectic Euler's limit of w h without damping, by theory: it tells w for each stiffness
+REASONS = {"never": "grows at any step", "any": "stable at any step"}
 
 
 def sections(text):
@@ -52,12 +53,11 @@ def draw_costs(lines, path):
 
 
 def limits(rows, which):
-    """Predicted and found steps, as multiples of one over the highest angular frequency; None where there is no limit."""
-    chosen = [(r[1], r[2 + 2 * which], r[3 + 2 * which]) for r in rows]
-    if chosen[0][1] in ("never", "any"):
-        return None, chosen[0][1]
-    # Symplectic Euler without damping has its limit at w h = 2, which tells w for each stiffness.
-    return [(float(predicted), float(found)) for _, predicted, found in chosen], ""
+    """Predicted and found steps in ms for each stiffness; instead of them the reason why there are none."""
+    chosen = [(r[2 + 2 * which], r[3 + 2 * which]) for r in rows]
+    if chosen[0][0] in REASONS:
+        return None, REASONS[chosen[0][0]]
+    return [(float(predicted), float(found)) for predicted, found in chosen], ""
 
 
 def draw_limits(lines, path):
@@ -71,9 +71,7 @@ def draw_limits(lines, path):
             place = line + 0.26 * (row - 1)
             found, reason = limits([r for r in rows if r[0] == ratio], line)
             if found is None:
-                if row == 0 or reason == "any":
-                    text = {"never": "grows at any step", "any": "stable at any step"}[reason]
-                    axes.text(0.11, place, text, color=colour, va="center", fontsize=9.5)
+                axes.text(0.11, place, reason, color=colour, va="center", fontsize=9.5)
                 continue
             products = [(w * predicted, w * seen) for w, (predicted, seen) in zip(frequency, found)]
             axes.plot([products[0][0]] * 2, [place - 0.11, place + 0.11], color=colour, linewidth=2)
