@@ -1,4 +1,4 @@
-# Fails unless README holds the text of EXAMPLE, from its first #include on.
+# Fails unless the page README holds the text of EXAMPLE, from its first #include on.
 file(READ ${README} readme)
 file(READ ${EXAMPLE} example)
 string(FIND "${example}" "#include" start)

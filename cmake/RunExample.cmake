@@ -1,9 +1,12 @@
-# Runs PROGRAM in a folder of its own. Fails unless it succeeds, prints what matches PRINTS, and, where SOUND
-# is given, leaves that file with a sound in it, which LISTEN judges.
+# Runs PROGRAM in a folder of its own, which holds a copy of INPUT where that is given. Fails unless it succeeds,
+# prints what matches PRINTS, and, where SOUND is given, leaves that file with a sound in it, which LISTEN judges.
 get_filename_component(name ${PROGRAM} NAME)
 set(folder ${CMAKE_CURRENT_BINARY_DIR}/${name}_output)
 file(REMOVE_RECURSE ${folder})
 file(MAKE_DIRECTORY ${folder})
+if(INPUT)
+  file(COPY ${INPUT} DESTINATION ${folder})
+endif()
 execute_process(COMMAND ${PROGRAM} WORKING_DIRECTORY ${folder}
   RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE errors)
 message("${output}${errors}")

@@ -78,7 +78,7 @@ std::string silence(const WorldFacts& facts) {
   if (!facts.isHeard)
     return "Nothing plays, records or pulls this sound: SoundSettings::play or record, or "
            "prepareRendering.\n";
-  if (facts.statistics.events > 0 || !facts.hasWorld) return "";
+  if (facts.statistics.posted > 0 || !facts.hasWorld) return "";
   if (facts.movable == 0) return "No body can move, and what cannot is silent unless it rings.\n";
   return "No collision has been faster than the rest speed of " + number(facts.restSpeed) +
          " m/s yet.\n";
@@ -88,9 +88,9 @@ std::string oddities(const WorldFacts& facts) {
   const SoundStatistics& all = facts.statistics;
   std::string text;
   if (facts.light > 0)
-    text += counted(facts.light, "body has", "bodies have") +
-            " less than 20 kg/m^3, and click as what is hollow: set masses, or "
-            "WorldSoundSettings::metresPerUnit.\n";
+    text += counted(facts.light, "body has less than 20 kg/m^3, and clicks",
+                    "bodies have less than 20 kg/m^3, and click") +
+            " as what is hollow: set masses, or WorldSoundSettings::metresPerUnit.\n";
   if (all.unsolvedBodies + all.refusedBodies > 0)
     text += counted(all.unsolvedBodies + all.refusedBodies, "body does", "bodies do") +
             " not sound by their shape: " + all.unsolvedReason + ".\n";

@@ -1,4 +1,4 @@
-// A steel ball falls on a floor. Writes ball.wav, two seconds. This is the example of README.md.
+// A steel ball falls on a floor. Writes ball.wav, two seconds.
 
 #include <cstdio>
 

@@ -102,6 +102,16 @@ TEST(Report, SaysThatABodyIsTooLightToBeMeantSo) {
   EXPECT_THAT(sound.report(), HasSubstr("1 body has less than 20 kg/m^3"));
 }
 
+TEST(Report, DoesNotCallASilencedCollisionSlow) {
+  FallingBall world;
+  Sound sound = test::attachOffline(world.bullet.world, nearby());
+  ASSERT_TRUE(sound.assign(world.ball, {.silent = true}));
+  Channels channels(1);
+  world.fall(sound, channels);
+  EXPECT_THAT(sound.report(), HasSubstr("Left out: 2 silenced"));
+  EXPECT_THAT(sound.report(), Not(HasSubstr("No collision has been faster")));
+}
+
 TEST(Listener, InBulletsTypesIsThatInCaromsOwn) {
   const auto heard = [](auto set) {
     FallingBall world;
