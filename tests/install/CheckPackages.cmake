@@ -74,3 +74,13 @@ expect_field(${command} Depends "libsndfile1")
 file(GLOB documentation ${FOLDER}/carom-doc_*_all.deb)
 expect_files(${documentation} share/doc/carom/README.md share/doc/carom/docs/install.md
   share/doc/carom/examples/CMakeLists.txt share/doc/carom/examples/hello_world.cpp)
+
+# They are not compiled as dpkg-buildpackage does, of which lintian would only inform.
+if(LINTIAN)
+  file(GLOB packages ${FOLDER}/*.deb)
+  execute_process(COMMAND ${LINTIAN} --fail-on error,warning ${packages}
+    OUTPUT_VARIABLE said ERROR_VARIABLE said RESULT_VARIABLE result)
+  if(NOT result EQUAL 0)
+    message(FATAL_ERROR "lintian ended with ${result}:\n${said}")
+  endif()
+endif()
