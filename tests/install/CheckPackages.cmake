@@ -14,8 +14,7 @@ if(NOT LIBDIR MATCHES "/")
 endif()
 
 file(COPY ${SOURCE}/debian ${SOURCE}/CHANGELOG.md DESTINATION ${FOLDER}/source)
-execute_process(COMMAND ${CMAKE_COMMAND} -E env DEB_BUILD_OPTIONS=noautodbgsym
-  make -f debian/rules binary CAROM_INSTALLED=${usr} WORKING_DIRECTORY ${FOLDER}/source
+execute_process(COMMAND make -f debian/rules binary CAROM_INSTALLED=${usr} WORKING_DIRECTORY ${FOLDER}/source
   OUTPUT_VARIABLE output ERROR_VARIABLE output RESULT_VARIABLE result)
 if(NOT result EQUAL 0)
   message(FATAL_ERROR "debian/rules ended with ${result}:\n${output}")
