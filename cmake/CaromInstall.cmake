@@ -238,7 +238,7 @@ endforeach()
 # With the CMake of an application, in place of the one that builds them of Carom's sources.
 if(TARGET carom_plugin AND TARGET carom_bullet)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/plugin/examples DESTINATION ${carom_doc_folder} COMPONENT Documentation
-    PATTERN CMakeLists.txt EXCLUDE PATTERN installed.cmake EXCLUDE)
+    PATTERN CMakeLists.txt EXCLUDE PATTERN installed.cmake EXCLUDE PATTERN .clang-format EXCLUDE)
   install(FILES ${PROJECT_SOURCE_DIR}/plugin/examples/installed.cmake RENAME CMakeLists.txt
     DESTINATION ${carom_doc_folder}/examples COMPONENT Documentation)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/plugin/pybullet/python/examples/
