@@ -197,8 +197,10 @@ install(FILES ${PROJECT_BINARY_DIR}/install/carom.pc DESTINATION ${carom_pc_fold
 
 if(TARGET carom)
   install(TARGETS carom RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT Runtime)
-  install(DIRECTORY ${PROJECT_SOURCE_DIR}/scenes/library/
-    DESTINATION ${CMAKE_INSTALL_DATADIR}/carom/scenes COMPONENT Runtime PATTERN "*.py" EXCLUDE)
+  # The files that scenes name lie beside them as in the sources; what made these stays there.
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/scenes/library/ ${PROJECT_SOURCE_DIR}/scenes/shows/
+    DESTINATION ${CMAKE_INSTALL_DATADIR}/carom/scenes COMPONENT Runtime
+    FILES_MATCHING PATTERN "*.json" PATTERN "*.obj" PATTERN "*.png" PATTERN "*.w")
   install(FILES ${PROJECT_SOURCE_DIR}/scenes/scene.schema.json
     DESTINATION ${CMAKE_INSTALL_DATADIR}/carom COMPONENT Runtime)
 endif()
