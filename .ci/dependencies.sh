@@ -5,9 +5,9 @@ carom_build_packages="g++ cmake ninja-build pkg-config libbullet-dev libeigen3-d
   libmysofa-dev libpng-dev libhwy-dev libsdl2-dev libassimp-dev libmeshoptimizer-dev libmumps-seq-dev
   libopenblas0-serial nlohmann-json3-dev libcli11-dev libssl-dev libmuparser-dev
   libzstd-dev zlib1g-dev"
-carom_test_packages="libgtest-dev libgmock-dev libvalijson-dev dpkg-dev file python3 python3-numpy"
-# For tests that are left out where they are missing: pages in a browser, and the films of `carom video`.
-carom_page_packages="chromium ffmpeg python3"
+carom_test_packages="libgtest-dev libgmock-dev libvalijson-dev debhelper python3 python3-numpy"
+# For tests that are left out where they are missing: pages in a browser, the films of `carom video`, and what lintian says of packages.
+carom_page_packages="chromium ffmpeg python3 lintian"
 carom_bench_packages="libbenchmark-dev"
 carom_lint_packages="clang clang-format clang-tidy libclang-rt-14-dev"
 # For tests/fuzz/run: llvm reads what regions were reached.
