@@ -8,6 +8,7 @@
 #   lib/libcarom.so*             the C interface, if it is built as a shared library
 #   lib/carom/                   plugins that others load, and what `carom listen` brings to a program
 #   bin/carom, share/carom/scenes/
+#   share/man/man1/carom*.1, share/bash-completion/, share/zsh/, share/fish/: made by the program itself
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
@@ -195,8 +196,16 @@ install(FILES ${PROJECT_BINARY_DIR}/install/carom.pc DESTINATION ${carom_pc_fold
 
 if(TARGET carom)
   install(TARGETS carom RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT Runtime)
-  install(DIRECTORY ${PROJECT_SOURCE_DIR}/scenes/library/
-    DESTINATION ${CMAKE_INSTALL_DATADIR}/carom/scenes COMPONENT Runtime FILES_MATCHING PATTERN "*.json")
+  # The files that scenes name lie beside them as in the sources; what made these stays there.
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/scenes/library/ ${PROJECT_SOURCE_DIR}/scenes/shows/
+    DESTINATION ${CMAKE_INSTALL_DATADIR}/carom/scenes COMPONENT Runtime
+    FILES_MATCHING PATTERN "*.json" PATTERN "*.obj" PATTERN "*.png" PATTERN "*.w")
+  if(NOT CMAKE_CROSSCOMPILING)  # command/CMakeLists.txt makes them
+    install(DIRECTORY ${PROJECT_BINARY_DIR}/share/man/
+      DESTINATION ${CMAKE_INSTALL_MANDIR} COMPONENT Runtime)
+    install(DIRECTORY ${PROJECT_BINARY_DIR}/share/bash-completion ${PROJECT_BINARY_DIR}/share/zsh
+      ${PROJECT_BINARY_DIR}/share/fish DESTINATION ${CMAKE_INSTALL_DATADIR} COMPONENT Runtime)
+  endif()
   install(FILES ${PROJECT_SOURCE_DIR}/scenes/scene.schema.json
     DESTINATION ${CMAKE_INSTALL_DATADIR}/carom COMPONENT Runtime)
 endif()
