@@ -10,6 +10,7 @@
 #   bin/carom, share/carom/scenes/
 #   share/doc/carom/             README.md and docs/, which say of which version they are; examples/, which
 #                                are built against what is installed
+#   share/man/man1/carom*.1, share/bash-completion/, share/zsh/, share/fish/: made by the program itself
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
@@ -201,6 +202,12 @@ if(TARGET carom)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/scenes/library/ ${PROJECT_SOURCE_DIR}/scenes/shows/
     DESTINATION ${CMAKE_INSTALL_DATADIR}/carom/scenes COMPONENT Runtime
     FILES_MATCHING PATTERN "*.json" PATTERN "*.obj" PATTERN "*.png" PATTERN "*.w")
+  if(NOT CMAKE_CROSSCOMPILING)  # command/CMakeLists.txt makes them
+    install(DIRECTORY ${PROJECT_BINARY_DIR}/share/man/
+      DESTINATION ${CMAKE_INSTALL_MANDIR} COMPONENT Runtime)
+    install(DIRECTORY ${PROJECT_BINARY_DIR}/share/bash-completion ${PROJECT_BINARY_DIR}/share/zsh
+      ${PROJECT_BINARY_DIR}/share/fish DESTINATION ${CMAKE_INSTALL_DATADIR} COMPONENT Runtime)
+  endif()
   install(FILES ${PROJECT_SOURCE_DIR}/scenes/scene.schema.json
     DESTINATION ${CMAKE_INSTALL_DATADIR}/carom COMPONENT Runtime)
 endif()
