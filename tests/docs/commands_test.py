@@ -33,9 +33,7 @@ class Help:
 
     @functools.cache
     def commands(self, *command):
-        headings = re.split(r"^(\S.*):$", self.text(*command), flags=re.M)
-        listed = [text for title, text in zip(headings[1::2], headings[2::2]) if "commands" in title.lower()]
-        return set(re.findall(r"^ {2,4}([a-z_]+)\b", "\n".join(listed), re.M))
+        return set(re.findall(r"^ {2,4}([a-z_]+) {2,}[A-Z]", self.text(*command), re.M))
 
     @functools.cache
     def options(self, *command):
