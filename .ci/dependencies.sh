@@ -5,13 +5,15 @@ carom_build_packages="g++ cmake ninja-build pkg-config libbullet-dev libeigen3-d
   libmysofa-dev libpng-dev libhwy-dev libsdl2-dev libassimp-dev libmeshoptimizer-dev libmumps-seq-dev
   libopenblas0-serial nlohmann-json3-dev libcli11-dev libssl-dev libmuparser-dev
   libzstd-dev zlib1g-dev"
-carom_test_packages="libgtest-dev libgmock-dev libvalijson-dev dpkg-dev file python3 python3-numpy"
-# For tests that are left out where they are missing: pages in a browser, and the films of `carom video`.
-carom_page_packages="chromium ffmpeg python3"
+carom_test_packages="libgtest-dev libgmock-dev libvalijson-dev debhelper python3 python3-numpy"
+# For tests that are left out where they are missing: pages in a browser, the films of `carom video`, and what lintian says of packages.
+carom_page_packages="chromium ffmpeg python3 lintian"
 carom_bench_packages="libbenchmark-dev"
 carom_lint_packages="clang clang-format clang-tidy libclang-rt-14-dev"
 # For tests/fuzz/run: llvm reads what regions were reached.
 carom_fuzz_packages="clang libclang-rt-14-dev llvm python3"
+# For docs/figures/make.sh: the plots of tests/bench.
+carom_figure_packages="python3 python3-numpy python3-scipy python3-matplotlib"
 # A second standard library, for what other platforms have: compiled, not run.
 carom_libcxx_packages="clang-19 libc++-19-dev libc++abi-19-dev"
 

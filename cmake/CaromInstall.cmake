@@ -1,6 +1,6 @@
 # What `cmake --install` puts where, and what find_package and pkg-config are told about it.
 # Install components: Development for who builds against Carom, Library for who links libcarom.so,
-# Runtime for who runs the command.
+# Runtime for who runs the command, Documentation for who reads. debian/ makes packages of them.
 #
 #   include/carom/*.h            of plugin/: what a host includes, as <carom/sound.h>
 #   include/carom/<layer>/*.h    what these include, and the other layers' own: <carom/audio/synth.h>
@@ -8,11 +8,14 @@
 #   lib/libcarom.so*             the C interface, if it is built as a shared library
 #   lib/carom/                   plugins that others load, and what `carom listen` brings to a program
 #   bin/carom, share/carom/scenes/
+#   share/doc/carom/             README.md and docs/, which say of which version they are; examples/, which
+#                                are built against what is installed
+#   share/man/man1/carom*.1, share/bash-completion/, share/zsh/, share/fish/: made by the program itself
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
 # The libraries that layers may link: CMake target; how a consumer's CMake finds it; how its pkg-config
-# does, a module or flags for the linker; its Debian package.
+# does, a module or flags for the linker; its Debian package, which debian/control names for libcarom-dev.
 # "pkg" by pkg-config, "package ARGUMENTS" by find_package with : for spaces, "library" as the file
 # that the flags name first, of what has neither.
 set(carom_pc_bullet bullet)
@@ -195,21 +198,58 @@ install(FILES ${PROJECT_BINARY_DIR}/install/carom.pc DESTINATION ${carom_pc_fold
 
 if(TARGET carom)
   install(TARGETS carom RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT Runtime)
-  install(DIRECTORY ${PROJECT_SOURCE_DIR}/scenes/library/
-    DESTINATION ${CMAKE_INSTALL_DATADIR}/carom/scenes COMPONENT Runtime FILES_MATCHING PATTERN "*.json")
+  # The files that scenes name lie beside them as in the sources; what made these stays there.
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/scenes/library/ ${PROJECT_SOURCE_DIR}/scenes/shows/
+    DESTINATION ${CMAKE_INSTALL_DATADIR}/carom/scenes COMPONENT Runtime
+    FILES_MATCHING PATTERN "*.json" PATTERN "*.obj" PATTERN "*.png" PATTERN "*.w")
+  if(NOT CMAKE_CROSSCOMPILING)  # command/CMakeLists.txt makes them
+    install(DIRECTORY ${PROJECT_BINARY_DIR}/share/man/
+      DESTINATION ${CMAKE_INSTALL_MANDIR} COMPONENT Runtime)
+    install(DIRECTORY ${PROJECT_BINARY_DIR}/share/bash-completion ${PROJECT_BINARY_DIR}/share/zsh
+      ${PROJECT_BINARY_DIR}/share/fish DESTINATION ${CMAKE_INSTALL_DATADIR} COMPONENT Runtime)
+  endif()
   install(FILES ${PROJECT_SOURCE_DIR}/scenes/scene.schema.json
     DESTINATION ${CMAKE_INSTALL_DATADIR}/carom COMPONENT Runtime)
 endif()
 
-# Debian wants the licence as `copyright` in a folder for each package; that serves others as well.
-install(FILES ${PROJECT_SOURCE_DIR}/LICENSE RENAME copyright
-  DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libcarom-dev COMPONENT Development)
-if(TARGET carom_shared)
-  install(FILES ${PROJECT_SOURCE_DIR}/LICENSE RENAME copyright
-    DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libcarom${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}
-    COMPONENT Library)
-endif()
-if(TARGET carom)
-  install(FILES ${PROJECT_SOURCE_DIR}/LICENSE RENAME copyright
-    DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/carom COMPONENT Runtime)
+# ---- documentation and examples
+
+set(carom_doc_folder ${CMAKE_INSTALL_DATADIR}/doc/carom)
+
+# carom_versioned_page(FILE): a page of the repository with the version below its title.
+function(carom_versioned_page file)
+  file(READ ${PROJECT_SOURCE_DIR}/${file} page)
+  set_property(DIRECTORY ${PROJECT_SOURCE_DIR} APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
+  string(FIND "${page}" "\n" end)
+  string(SUBSTRING "${page}" 0 ${end} title)
+  if(NOT title MATCHES "^# ")
+    message(FATAL_ERROR "${file} begins with '${title}', and not with a title, below which the version is installed")
+  endif()
+  string(SUBSTRING "${page}" ${end} -1 rest)
+  file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/install/${file}
+    CONTENT "@title@\n\nVersion @PROJECT_VERSION@.\n@rest@" @ONLY)
+endfunction()
+
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs DESTINATION ${carom_doc_folder} COMPONENT Documentation
+  PATTERN "*.py" EXCLUDE PATTERN "*.sh" EXCLUDE)
+install(FILES ${PROJECT_SOURCE_DIR}/CHANGELOG.md ${PROJECT_SOURCE_DIR}/CONTRIBUTING.md ${PROJECT_SOURCE_DIR}/LICENSE
+  DESTINATION ${carom_doc_folder} COMPONENT Documentation)
+foreach(page README.md docs/README.md)
+  if(NOT EXISTS ${PROJECT_SOURCE_DIR}/${page})
+    continue()
+  endif()
+  carom_versioned_page(${page})
+  cmake_path(GET page PARENT_PATH folder)
+  install(FILES ${PROJECT_BINARY_DIR}/install/${page} DESTINATION ${carom_doc_folder}/${folder}
+    COMPONENT Documentation)
+endforeach()
+
+# With the CMake of an application, in place of the one that builds them of Carom's sources.
+if(TARGET carom_plugin AND TARGET carom_bullet)
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/plugin/examples DESTINATION ${carom_doc_folder} COMPONENT Documentation
+    PATTERN CMakeLists.txt EXCLUDE PATTERN installed.cmake EXCLUDE PATTERN .clang-format EXCLUDE)
+  install(FILES ${PROJECT_SOURCE_DIR}/plugin/examples/installed.cmake RENAME CMakeLists.txt
+    DESTINATION ${carom_doc_folder}/examples COMPONENT Documentation)
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/plugin/pybullet/python/examples/
+    DESTINATION ${carom_doc_folder}/examples/pybullet COMPONENT Documentation FILES_MATCHING PATTERN "*.py")
 endif()

@@ -10,9 +10,11 @@
 #include <vector>
 
 #include "command/command_line.h"
+#include "command/output/output_target.h"
 #include "command/progress_bar.h"
 #include "command/run_options.h"
 #include "command/signals.h"
+#include "command/terminal/terminal.h"
 #include "lab/batch/batch_page.h"
 #include "lab/batch/batch_plan.h"
 #include "lab/batch/batch_run.h"
@@ -54,7 +56,7 @@ CLI::Validator shardRange() {
     if (shardOf(text)) return {};
     return "'" + text + "' is no share; expected I/N, such as 0/7, I from 0 to N - 1";
   };
-  return {check, "I/N"};
+  return {check, "I/N", "such as 0/7, I from 0 to N - 1"};
 }
 
 std::size_t processors() {
@@ -96,7 +98,11 @@ std::string noteOf(const BatchProgress& progress) {
 }  // namespace
 
 BatchCommand::BatchCommand(CLI::App& app)
-    : command_(app.add_subcommand("batch", "Plan, make and verify batches of scenes")) {
+    : command_(app.add_subcommand(
+          "batch",
+          "Plan, make and verify batches of scenes\n"
+          "Thousands of scenes that differ in their parameters, with their sounds, events and a "
+          "manifest of hashes (docs/batch.md).")) {
   command_->require_subcommand(1);
   addPlan();
   addRun();
@@ -122,10 +128,12 @@ CLI::App* BatchCommand::add(const char* name, const char* description) {
 
 void BatchCommand::addPlan() {
   plan_ = add("plan", "Settle what the samples of a batch are, and try some");
-  plan_->add_option("BATCH", input_, "batch file (JSON, docs/batch.md)")->required();
+  plan_->add_option("BATCH", input_, "batch file (JSON, docs/batch.md)")
+      ->required()
+      ->type_name("FILE.json");
   plan_->add_option("-o,--output", output_, "folder for the batch; is made if it is not there")
       ->required()
-      ->check(fileName());
+      ->check(folderName());
   plan_->add_option("--count", count_, "number of samples; default: the batch's own")
       ->check(wholeNumberRange(1, kMostSamples));
 }
@@ -154,8 +162,12 @@ void BatchCommand::addRepeat() {
   repeat_->add_option("INDEX", index_, "index of the sample, from 0")
       ->required()
       ->check(wholeNumberRange(0, kMostSamples));
-  repeat_->add_option("--branch", branch_, "default: the first");
-  repeat_->add_option("-o,--output", output_, "WAV file to write")->required()->check(fileName());
+  repeat_->add_option("--branch", branch_, "which of the batch's branches; default: the first")
+      ->type_name("NAME");
+  repeat_->add_option("-o,--output", output_, "WAV file to write")
+      ->required()
+      ->type_name("FILE.wav")
+      ->check(fileName());
 }
 
 void BatchCommand::addReport() {
@@ -202,6 +214,10 @@ int BatchCommand::run() const {
 }
 
 int BatchCommand::plan() const {
+  if (const Status valid =
+          refuseStandardOutput(output_, "--output", "a batch is many files; expected a folder");
+      !valid)
+    return fail(kBadInput, valid.error().message);
   std::optional<std::uint64_t> count;
   if (count_ > 0.0) count = static_cast<std::uint64_t>(count_);
   const Result<BatchPlan> plan = makePlan(input_, output_, count);
@@ -214,7 +230,7 @@ int BatchCommand::plan() const {
   if (const Status kept = keepTrialSeconds(*plan, trial->seconds); !kept)
     return fail(kFailed, kept.error().message);
   for (const std::string& warning : trial->warnings)
-    std::fprintf(stderr, "carom: %s: %s\n", input_.c_str(), warning.c_str());
+    warn(input_ + ": " + warning);
   if (json_)
     return answer(jsonText({{"samples", plan->spec.count},
                             {"branches", plan->spec.branches.size()},
@@ -377,6 +393,10 @@ int BatchCommand::repeat() const {
     return fail(kBadInput, "INDEX: " + std::to_string(index) + "; expected one below " +
                                std::to_string(plan->spec.count) + ", the number of samples");
   const std::string branch = branch_.empty() ? plan->spec.branches.front().name : branch_;
+  if (const Status valid =
+          refuseStandardOutput(output_, "--output", "a sample may have stems; expected FILE.wav");
+      !valid)
+    return fail(kBadInput, valid.error().message);
   if (const Status valid = audio::checkWritable(output_); !valid)
     return fail(kFailed, output_ + ": " + valid.error().message);
   const Result<SampleRunner::Outcome> outcome = SampleRunner(*plan).repeat(index, branch, output_);

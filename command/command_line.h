@@ -27,9 +27,26 @@ inline constexpr int kBadInput = 2;
 
 /// Prints the message on stderr and returns `code`.
 int fail(int code, const std::string& message);
-/// Prints the text on stdout. Returns kFailed if it could
-/// not be written: a full disk, a closed pipe.
+/// Prints the text on stdout, or on stderr if a file goes to stdout; if the program is to be quiet,
+/// only JSON. Returns kFailed if it could not be written: a full disk, a closed pipe.
 int answer(const std::string& text);
+
+// The headings of options in help. An option without one is below "Options".
+inline constexpr const char* kOutput = "Output";
+inline constexpr const char* kSound = "Sound";
+inline constexpr const char* kMechanics = "Mechanics";
+inline constexpr const char* kRunLimits = "Limits";
+inline constexpr const char* kMessages = "Messages";
+
+/// Choices of the command line about what is said.
+struct TalkFlags {
+  bool isQuiet = false;
+  bool isVerbose = false;
+};
+
+/// Adds -q and -v, which every command has. `flags` must outlive the parsing.
+void addTalk(CLI::App& command, TalkFlags& flags);
+
 /// Returns the object as text. Names of files need not be UTF-8: their invalid bytes become U+FFFD.
 std::string jsonText(const nlohmann::ordered_json& object);
 
@@ -44,12 +61,16 @@ std::optional<Vec3> threeNumbers(const std::string& text, double limit);
 
 inline constexpr double kFarthestListener = 1e6;  ///< m, from the origin on each axis
 
-/// Returns the material that --material names: a built-in one, or that of a file with properties,
-/// of which the name has an extension. Errors: there is none of the name; those of loadMaterial.
-Result<Material> materialOf(const std::string& text);
+/// Returns the material that an option names: a built-in one, or that of a file with properties, of
+/// which the name has an extension. Errors: there is none of the name; those of loadMaterial. The
+/// former begin with the option, unless it is empty.
+Result<Material> materialOf(const std::string& text, const std::string& option);
+/// Accepts the name of a built-in material.
+CLI::Validator builtInMaterial();
 
 CLI::Validator oneOf(const std::vector<std::string>& words);
 CLI::Validator fileName();
+CLI::Validator folderName();
 CLI::Validator fullScaleRange();
 /// Adds the options --normalize and --full-scale, which set what a sample of 1.0 in a sound file
 /// stands for. Returns --normalize. `normalize` and `fullScale` must outlive the parsing.

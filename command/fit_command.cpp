@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "command/command_line.h"
+#include "command/output/output_target.h"
 #include "command/progress_bar.h"
 #include "lab/fit/fit_files.h"
 #include "lab/fit/tap_fit.h"
@@ -54,20 +55,25 @@ CLI::Validator freeWords() {
     }
     return words.empty() ? "nothing is named; expected thickness, scale, or thickness,scale" : "";
   };
-  return {check, "thickness,scale"};
+  return {check, "thickness|scale", "either, or both with a comma"};
 }
 
 }  // namespace
 
 FitCommand::FitCommand(CLI::App& app)
     : command_(app.add_subcommand(
-          "fit", "Find the material of an object, and how it rings, from recorded taps")) {
-  command_->add_option("TAP", taps_, "sound files, WAV or FLAC, of taps on one object")->required();
+          "fit",
+          "Find what an object is made of, and how it rings, by taps\n"
+          "Reads the modes of a sound and fits what the object is made of: with its mesh the "
+          "material, the model and the error; without it a model of the modes alone.")) {
+  command_->add_option("TAP", taps_, "sound files, WAV or FLAC, of taps on one object")
+      ->required()
+      ->type_name("FILE.wav");
   addBody();
   command_->add_option("-o,--output", output_, "folder for material, model, table, picture, page")
-      ->check(fileName());
+      ->check(folderName());
   command_->add_option("--cache", cacheFolder_, "folder of models computed before")
-      ->check(fileName());
+      ->check(folderName());
   command_->add_flag("--no-cache", noCache_, "compute it in any case");
   addResourceLimits(*command_, run_);
   command_->add_flag("--json", json_, "print one JSON object instead of text");
@@ -81,14 +87,17 @@ FitCommand::FitCommand(CLI::App& app)
 
 void FitCommand::addBody() {
   CLI::Option* mesh =
-      command_->add_option("--mesh", mesh_,
-                           "its shape: OBJ, PLY, STL or glTF file; without it, the modes of the "
-                           "tap alone, with --mass");
+      command_
+          ->add_option("--mesh", mesh_,
+                       "its shape: OBJ, PLY, STL or glTF file; without it, the modes of the "
+                       "tap alone, with --mass")
+          ->type_name("FILE");
   command_
-      ->add_option("--material", material_,
-                   "what it may be made of: a name (docs/materials.md) or a file; Young's modulus "
-                   "is looked for within a factor of 4 of its own")
-      ->type_name("NAME|FILE.json");
+      ->add_option(
+          "--material", material_,
+          "what it may be made of: a name that 'carom materials' lists, or a file; Young's modulus "
+          "is looked for within a factor of 4 of its own")
+      ->type_name("MATERIAL|FILE.json");
   command_->add_option("--free", free_, "what else may differ from the mesh")
       ->check(freeWords())
       ->needs(mesh);
@@ -119,13 +128,17 @@ Status FitCommand::checkOptions() const {
     return Error{
         "--free scale: Young's modulus and size change all frequencies alike; expected --material, "
         "whose modulus is kept then"};
+  if (const Status valid =
+          refuseStandardOutput(output_, "--output", "a fit is several files; expected a folder");
+      !valid)
+    return valid;
   if (!output_.empty() && fs::exists(output_) && !fs::is_directory(output_))
     return Error{"--output: " + output_ + " is a file; expected the name of a folder"};
   return std::monostate{};
 }
 
 Result<Material> FitCommand::startMaterial() const {
-  return materialOf(material_.empty() ? kUnknownStart : material_);
+  return materialOf(material_.empty() ? kUnknownStart : material_, "--material");
 }
 
 int FitCommand::readTaps(FitOutcome& outcome) const {

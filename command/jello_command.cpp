@@ -3,14 +3,16 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <iostream>
 #include <optional>
 #include <sstream>
 #include <string_view>
 #include <vector>
 
 #include "command/command_line.h"
+#include "command/library/scene_library.h"
+#include "command/output/output_target.h"
 #include "command/progress_bar.h"
+#include "command/terminal/terminal.h"
 #include "lab/estimate/run_estimate.h"
 #include "lab/report/report_text.h"
 #include <CLI/CLI.hpp>
@@ -94,6 +96,13 @@ std::string textOf(const JelloRun& run, const JelloReport& report) {
   return text.str();
 }
 
+void warnOfError(const std::string& world, double wished, double expected) {
+  std::ostringstream text;
+  text << world << ": an error of " << wished << " m cannot be had; expected is " << expected
+       << " m: a larger --error would cost less";
+  warn(text.str());
+}
+
 /// Refuses a run whose sound would have no sample.
 Status validateHeard(const Scene& scene) {
   if (scene.duration * scene.sampleRate >= 1.0) return std::monostate{};
@@ -112,42 +121,56 @@ bool isScene(std::string_view text) {
 }  // namespace
 
 JelloCommand::JelloCommand(CLI::App& app)
-    : command_(app.add_subcommand("jello", "Run a jello of springs, and hear it wobble")) {
+    : command_(app.add_subcommand("jello",
+                                  "Run a jello of springs, and hear it wobble\n"
+                                  "Steps a lattice of points and springs, and writes its sound, "
+                                  "its way, its energies or its "
+                                  "modes.")) {
   std::vector<std::string> integrators = integratorNames();
   integrators.emplace_back(kAuto);
   command_
-      ->add_option("WORLD|SCENE", world_,
-                   "world file (.w) of the classic assignment, or a scene (JSON, docs/scenes.md)")
-      ->required();
+      ->add_option(
+          "WORLD|SCENE", world_,
+          "world file (.w) of the classic assignment, or a scene with a jello: a file, or a "
+          "scene of the library by its name")
+      ->required()
+      ->type_name("SCENE|FILE")
+      ->transform(sceneName());
   CLI::Option* integrator =
       command_
           ->add_option("--integrator", integrator_, "how it is stepped; default: as the file says")
           ->check(oneOf(integrators));
-  CLI::Option* step =
-      command_->add_option("--dt", step_, "the step in seconds; default: as the file says")
-          ->check(numberRange(1e-8, 1.0, "seconds"));
+  CLI::Option* step = command_->add_option("--dt", step_, "the step; default: as the file says")
+                          ->check(numberRange(1e-8, 1.0, "seconds"));
   command_
       ->add_option("--error", error_,
-                   "of places, in metres: the largest step for it is found, and with "
+                   "of places: the largest step for it is found, and with "
                    "--integrator auto the cheapest integrator")
       ->check(numberRange(1e-9, 1.0, "metres"))
       ->excludes(step)
       ->needs(integrator);
   command_->add_option("--seconds", seconds_, "how long; default: 5, or as the scene says")
       ->check(numberRange(1e-6, 3600.0, "seconds"));
-  command_->add_option("-o,--output", output_, "WAV file to write")->check(fileName());
+  command_->option_defaults()->group(kOutput);
+  command_->add_option("-o,--output", output_, "WAV file to write; '-' is standard output")
+      ->type_name("FILE.wav")
+      ->check(fileName());
   command_->add_option("--trajectory", trajectory_, "file of its points to write (docs/jello.md)")
       ->check(fileName());
-  command_->add_option("--energy", energy_, "CSV file of its energies to write")->check(fileName());
+  command_->add_option("--energy", energy_, "CSV file of its energies to write")
+      ->type_name("FILE.csv")
+      ->check(fileName());
   command_
       ->add_option("--modes", modes_,
                    "modal model of it at rest to write, for carom strike and \"modes\" in scenes")
       ->check(fileName());
   command_
       ->add_option("--listener", listener_,
-                   "a microphone at x,y,z in metres; default: 0,0,4, or the scene's listeners")
+                   "a microphone; default: 0,0,4, or the scene's listeners")
       ->check(positionRange());
-  command_->add_option("--sample-rate", sampleRate_, "Hz; default: 48000, or as the scene says")
+  command_
+      ->add_option("--sample-rate", sampleRate_,
+                   "samples in a second; default: 48000, or as the scene says")
       ->check(wholeNumberRange(8000, 192000, "Hz"));
   addScale(*command_, normalize_, fullScale_);
   addConfine(*command_, confine_);
@@ -158,11 +181,18 @@ JelloCommand::JelloCommand(CLI::App& app)
       "Examples:\n"
       "  carom jello scenes/library/jello/rotate.w --seconds 2 -o rotate.wav --normalize\n"
       "  carom jello my.w --integrator backward_euler --dt 0.01 --energy my.csv --json\n"
-      "  carom jello scenes/library/jello_and_marbles.json --integrator auto --error 1e-5");
+      "  carom jello jello_and_marbles --integrator auto --error 1e-5");
 }
 
 /// Returns what is wrong with the names of the files to write; empty if nothing is.
 Status JelloCommand::checkOutputs() const {
+  for (const auto& [option, name] :
+       {std::pair{"--trajectory", trajectory_}, {"--energy", energy_}, {"--modes", modes_}})
+    if (const Status valid = refuseStandardOutput(name, option, "expected the name of a file");
+        !valid)
+      return valid;
+  if (output_ == kStandardOutput && run_.keepPartial)
+    return Error{"--keep-partial: standard output has no name; expected -o FILE.wav"};
   const std::vector<OutputName> outputs = {{"--output", output_},
                                            {"--trajectory", trajectory_},
                                            {"--energy", energy_},
@@ -276,12 +306,14 @@ bool JelloCommand::parsed() const {
   return command_->parsed();
 }
 
-/// Returns what the command line asks for; `guard` and `bar` are borrowed.
-JelloOptions JelloCommand::optionsFor(RunGuard& guard, ProgressBar& bar) const {
+/// Returns what the command line asks for; `guard` and `bar` are borrowed, `sound` is where the
+/// sound goes if that is standard output.
+JelloOptions JelloCommand::optionsFor(RunGuard& guard, ProgressBar& bar,
+                                      const std::string& sound) const {
   JelloOptions options;
   options.guard = &guard;
   options.keepPartial = run_.keepPartial;
-  options.soundFile = outputOf(output_);
+  options.soundFile = output_ == kStandardOutput ? std::filesystem::path(sound) : outputOf(output_);
   options.sound.normalize = normalize_;
   options.sound.fullScalePressure = fullScalePressure(fullScale_).value_or(kFullScalePressure);
   options.trajectoryFile = outputOf(trajectory_);
@@ -293,36 +325,35 @@ JelloOptions JelloCommand::optionsFor(RunGuard& guard, ProgressBar& bar) const {
 int JelloCommand::run() const {
   if (const Status valid = checkOutputs(); !valid) return fail(kBadInput, valid.error().message);
   for (const std::string* name : {&output_, &trajectory_, &energy_, &modes_}) {
-    if (name->empty()) continue;
+    if (name->empty() || *name == kStandardOutput) continue;
     if (const Status valid = checkWritable(*name); !valid)
       return fail(kFailed, *name + ": " + valid.error().message);
   }
+  const Result<OutputTarget> target = OutputTarget::create(output_, "--output");
+  if (!target) return fail(kBadInput, target.error().message);
   const Result<Scene> scene = readScene();
   if (!scene) return fail(kBadInput, scene.error().message);
   if (!modes_.empty()) {
     if (const Status written = writeModes(*scene); !written)
       return fail(kFailed, written.error().message);
   }
-  return runScene(*scene);
+  return runScene(*scene, *target);
 }
 
-int JelloCommand::runScene(const Scene& scene) const {
+int JelloCommand::runScene(const Scene& scene, const OutputTarget& target) const {
   ProgressBar bar("jello " + std::filesystem::path(world_).filename().string());
   capMemory(run_.limits().memory);
   RunGuard guard(scene, run_.limits());
   if (const std::string why = lab::longRunWarning(lab::estimateRun(scene)); !why.empty())
-    std::cerr << "carom: " << world_ << ": " << why << '\n';
-  Result<JelloRun> run = JelloRun::create(scene, optionsFor(guard, bar));
+    warn(world_ + ": " + why);
+  Result<JelloRun> run = JelloRun::create(scene, optionsFor(guard, bar, target.path()));
   if (guard.ended()) return endedEarly(world_, *guard.ended(), "");
   if (!run) return fail(kBadInput, world_ + ": " + run.error().message);
   if (const std::string why = instabilityWarning(run->choice().stepping, run->limit());
       !why.empty())
-    std::cerr << "carom: " << world_ << ": " << why << "; --dt and --integrator take others\n";
+    warn(world_ + ": " + why + "; --dt and --integrator take others");
   const double wished = jelloOf(scene)->error;
-  if (run->choice().error > 1.01 * wished)
-    std::cerr << "carom: " << world_ << ": an error of " << wished
-              << " m cannot be had; expected is " << run->choice().error
-              << " m: a larger --error would cost less\n";
+  if (run->choice().error > 1.01 * wished) warnOfError(world_, wished, run->choice().error);
   const Result<JelloReport> report = run->run();
   bar.clear();
   if (!report) return fail(kFailed, report.error().message);
@@ -332,6 +363,7 @@ int JelloCommand::runScene(const Scene& scene) const {
                       run_.keepPartial ? "the files called .incomplete" : "");
   }
   if (const Status named = nameComplete(); !named) return fail(kFailed, named.error().message);
+  if (const Status sent = target.finish(); !sent) return fail(kFailed, sent.error().message);
   const int answered = answer(json_ ? jsonText(jsonOf(*run, *report)) : textOf(*run, *report));
   if (!report->blowUp.empty())
     return fail(kFailed, world_ + ": " + report->blowUp + "; what came before is written");

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "command/output/output_target.h"
 #include "command/progress_bar.h"
 #include "command/run_options.h"
 
@@ -35,8 +36,8 @@ class JelloCommand {
   Status checkOutputs() const;
   void applyStepping(JelloShape& jello) const;
   Status writeModes(const Scene& scene) const;
-  JelloOptions optionsFor(RunGuard& guard, ProgressBar& bar) const;
-  int runScene(const Scene& scene) const;
+  JelloOptions optionsFor(RunGuard& guard, ProgressBar& bar, const std::string& sound) const;
+  int runScene(const Scene& scene, const OutputTarget& target) const;
 
   CLI::App* command_;
   std::string world_;

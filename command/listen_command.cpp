@@ -13,7 +13,9 @@
 
 #include "command/command_line.h"
 #include "command/listen_outcome.h"
+#include "command/output/output_target.h"
 #include "command/program_run.h"
+#include "command/terminal/terminal.h"
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 #include <unistd.h>
@@ -55,7 +57,7 @@ CLI::Validator poseRange() {
            "' is no place; expected x,y,z (metres, -1e6 to 1e6), or with an orientation "
            "x,y,z,qx,qy,qz,qw";
   };
-  return {check, "X,Y,Z[,QX,QY,QZ,QW]"};
+  return {check, "X,Y,Z", "three numbers of metres, or x,y,z,qx,qy,qz,qw"};
 }
 
 /// Returns the library to preload, by the place of this program; nothing if it is not there.
@@ -124,18 +126,24 @@ std::vector<std::string> takeProgram(int& argc, char** argv) {
 }
 
 ListenCommand::ListenCommand(CLI::App& app, std::vector<std::string> program)
-    : command_(app.add_subcommand("listen", "Hear a program that uses Bullet, unchanged")),
+    : command_(app.add_subcommand("listen",
+                                  "Hear a program that uses Bullet, unchanged\n"
+                                  "Brings Carom to a program that links Bullet dynamically, and "
+                                  "writes what its worlds sound like (docs/listen.md).")),
       program_(std::move(program)) {
-  command_->add_option("-o,--output", output_, "WAV file to write")->required()->check(fileName());
+  command_->add_option("-o,--output", output_, "WAV file to write")
+      ->required()
+      ->type_name("FILE.wav")
+      ->check(fileName());
   command_->add_flag("--play", play_, "play it on the default device, too");
   command_
       ->add_option("--full-scale", fullScale_,
-                   "what 1.0 in the file is: pascals, or a level such as 120dB; default: chosen at "
+                   "what 1.0 in the file stands for; default: chosen at "
                    "the end, for a peak of -3 dB")
       ->check(fullScaleRange());
   command_
       ->add_option("--listener", listener_,
-                   "metres; looks along -Z with +Y up, unless turned by a quaternion; default: "
+                   "looks along -Z with +Y up, unless turned by a quaternion; default: "
                    "where a camera would stand")
       ->check(poseRange());
   command_
@@ -155,6 +163,10 @@ bool ListenCommand::parsed() const {
 
 /// Returns why the program cannot be listened to; empty if it can.
 std::string ListenCommand::fault() const {
+  if (const Status valid =
+          refuseStandardOutput(output_, "--output", "it is the program's; expected FILE.wav");
+      !valid)
+    return valid.error().message;
   if (program_.empty() || program_.front().empty())
     return "no program; expected it behind --, as in: carom listen -o FILE.wav -- PROGRAM ARGS...";
   if (const Status writable = checkOutput(output_); !writable)
@@ -207,6 +219,11 @@ int ListenCommand::run() const {
                                code.error().message + "; expected a program behind --");
   ListenOutcome outcome = readOutcome(folder.path(), output_);
   outcome.exitCode = *code;
+  if (talk().isQuiet() && !json_ && !outcome.worlds.empty()) {
+    for (const std::string& message : outcome.messages)
+      warn(message);
+    return *code;
+  }
   std::cerr << (json_ ? jsonText(outcomeJson(outcome, program_.front()))
                       : outcomeText(outcome, program_.front()));
   return *code;

@@ -3,37 +3,18 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <memory>
 #include <sstream>
 
+#include "command/output/sound_name.h"
 #include <nlohmann/json.hpp>
 #include <sndfile.h>
 
 #include "audio/io/partial_file.h"
-#include "audio/model/decimal.h"
 #include "carom/audio/synth_settings.h"
 #include "plugin/listen/listen_protocol.h"
 
 namespace carom::command {
 namespace {
-
-using ReadFile = std::unique_ptr<SNDFILE, decltype(&sf_close)>;
-
-ReadFile openSound(const std::string& file, SF_INFO& info) {
-  return {sf_open(file.c_str(), SFM_READ, &info), &sf_close};
-}
-
-/// Reads 1.25 from a sound file's comment, "full scale 1.25 Pa".
-std::optional<double> fullScaleIn(const std::string& comment) {
-  const std::string before = "full scale ";
-  const std::size_t found = comment.find(before);
-  if (found == std::string::npos) return std::nullopt;
-  double number = 0.0;
-  const char* const first = comment.data() + found + before.size();
-  const auto read = audio::readDecimal(first, comment.data() + comment.size(), number);
-  if (read.ec != std::errc()) return std::nullopt;
-  return number;
-}
 
 /// Fills in what the file itself says.
 void lookAtFile(ListenedWorld& world) {
@@ -44,8 +25,7 @@ void lookAtFile(ListenedWorld& world) {
     return;
   }
   world.duration = static_cast<double>(info.frames) / info.samplerate;
-  const char* const comment = sf_get_string(file.get(), SF_STR_COMMENT);
-  if (world.isComplete && comment != nullptr) world.fullScale = fullScaleIn(comment);
+  if (world.isComplete) world.fullScale = fullScaleIn(file.get());
 }
 
 bool hasSamples(const std::filesystem::path& path) {

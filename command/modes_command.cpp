@@ -4,7 +4,6 @@
 #include <cmath>
 #include <filesystem>
 #include <iomanip>
-#include <iostream>
 #include <optional>
 #include <sstream>
 #include <string>
@@ -12,7 +11,9 @@
 #include <vector>
 
 #include "command/command_line.h"
+#include "command/output/output_target.h"
 #include "command/progress_bar.h"
+#include "command/terminal/terminal.h"
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
@@ -110,35 +111,46 @@ std::string modesText(const MeshAnalysis& analysis) {
 }
 
 // Warns of findings that are no errors, but worth knowing; `sought` is the accuracy asked for.
-void warn(const std::string& file, const MeshAnalysis& analysis, std::optional<double> sought) {
+void warnOf(const std::string& file, const MeshAnalysis& analysis, std::optional<double> sought) {
   for (const MeshFinding& finding : analysis.findings)
-    std::cerr << "carom: " << file << ": " << nameOf(finding.fault) << ": " << finding.text << '\n';
+    warn(file + ": " + std::string(nameOf(finding.fault)) + ": " + finding.text);
   if (analysis.model.modes.empty())
-    std::cerr << "carom: " << file
-              << ": no mode lies from 20 Hz to 20 kHz; is its size right? --scale says what one "
-                 "unit is\n";
-  if (analysis.degreesOfFreedom && !analysis.reachedAccuracy && sought)
-    std::cerr << "carom: " << file << ": the finest grid that half a minute and 4 GB allow ("
-              << *analysis.degreesOfFreedom << " degrees of freedom) has errors of up to "
-              << std::setprecision(2) << 100.0 * worstError(analysis.model).value_or(0.0)
-              << " %, and " << 100.0 * *sought << " % was asked for; --dofs takes a finer one\n";
+    warn(file +
+         ": no mode lies from 20 Hz to 20 kHz; is its size right? --scale says what one unit is");
+  if (analysis.degreesOfFreedom && !analysis.reachedAccuracy && sought) {
+    std::ostringstream text;
+    text << file << ": the finest grid that half a minute and 4 GB allow ("
+         << *analysis.degreesOfFreedom << " degrees of freedom) has errors of up to "
+         << std::setprecision(2) << 100.0 * worstError(analysis.model).value_or(0.0) << " %, and "
+         << 100.0 * *sought << " % was asked for; --dofs takes a finer one";
+    warn(text.str());
+  }
   if (analysis.radiation && analysis.radiation->roughModes > 0)
-    std::cerr << "carom: " << file << ": the sound of " << analysis.radiation->roughModes
-              << " modes is rough, as it is computed on " << analysis.radiation->panels
-              << " panels; --panels takes more\n";
+    warn(file + ": the sound of " + std::to_string(analysis.radiation->roughModes) +
+         " modes is rough, as it is computed on " + std::to_string(analysis.radiation->panels) +
+         " panels; --panels takes more");
 }
 
 }  // namespace
 
 ModesCommand::ModesCommand(CLI::App& app)
-    : command_(app.add_subcommand("modes", "Compute how a body rings, from its mesh")) {
-  command_->add_option("MESH", mesh_, "OBJ, PLY, STL or glTF file (docs/meshes.md)")->required();
-  command_
-      ->add_option("--material", material_,
-                   "what it is made of: a name (docs/materials.md), or a file with its properties")
+    : command_(app.add_subcommand(
+          "modes",
+          "Compute how a body rings, from its mesh\n"
+          "Finds the modes of a solid or a shell of that material, their losses, and how they "
+          "radiate. The model is for \"modes\" in scenes, for carom strike, and for hosts.")) {
+  command_->add_option("MESH", mesh_, "OBJ, PLY, STL or glTF file (docs/meshes.md)")
       ->required()
-      ->type_name("NAME|FILE.json");
-  command_->add_option("-o,--output", output_, "model file to write; .glb or .gltf: glTF")
+      ->type_name("FILE");
+  command_
+      ->add_option(
+          "--material", material_,
+          "what it is made of: a name that 'carom materials' lists, or a file with its properties")
+      ->required()
+      ->type_name("MATERIAL|FILE.json");
+  command_
+      ->add_option("-o,--output", output_,
+                   "model file to write; .glb or .gltf: glTF; '-' is standard output")
       ->check(fileName());
   command_->add_option("--scale", scale_, "metres in one unit of the mesh; 0.001: millimetres")
       ->check(numberRange(1e-6, 1e6, "metres"));
@@ -172,7 +184,7 @@ ModesCommand::ModesCommand(CLI::App& app)
       ->excludes(silent)
       ->capture_default_str();
   command_->add_option("--cache", cacheFolder_, "folder of models computed before")
-      ->check(fileName());
+      ->check(folderName());
   command_->add_flag("--no-cache", noCache_, "compute it in any case");
   addResourceLimits(*command_, run_);
   command_->add_flag("--json", json_, "print one JSON object instead of text");
@@ -190,13 +202,15 @@ bool ModesCommand::parsed() const {
 }
 
 int ModesCommand::run() const {
-  if (!output_.empty()) {
+  if (!output_.empty() && output_ != kStandardOutput) {
     if (isSameFile(output_, mesh_))
       return fail(kBadInput, "--output: " + output_ + " is the mesh itself; expected another name");
     if (const Status valid = checkWritable(output_); !valid)
       return fail(kFailed, "--output: " + output_ + ": " + valid.error().message);
   }
-  const Result<Material> material = materialOf(material_);
+  const Result<OutputTarget> target = OutputTarget::create(output_, "--output");
+  if (!target) return fail(kBadInput, target.error().message);
+  const Result<Material> material = materialOf(material_, "--material");
   if (!material) return fail(kBadInput, material.error().message);
   const Result<LoadedMesh> mesh = loadMesh(mesh_, {.scale = scale_});
   if (!mesh) return fail(kBadInput, mesh.error().message);
@@ -233,10 +247,11 @@ int ModesCommand::run() const {
   if (!analysis) return fail(kBadInput, mesh_ + ": " + analysis.error().message);
   analysis->model.name = std::filesystem::path(mesh_).stem().string();
   const bool choosesGrid = degreesOfFreedom_ == 0.0 && settings.body == BodyModel::solid;
-  warn(mesh_, *analysis, choosesGrid ? std::optional(settings.solid.accuracy) : std::nullopt);
+  warnOf(mesh_, *analysis, choosesGrid ? std::optional(settings.solid.accuracy) : std::nullopt);
   if (!output_.empty()) {
-    if (const Status written = writeModel(output_, analysis->model); !written)
+    if (const Status written = writeModel(target->path(), analysis->model); !written)
       return fail(kFailed, written.error().message);
+    if (const Status sent = target->finish(); !sent) return fail(kFailed, sent.error().message);
   }
   return answer(json_ ? jsonText(modesJson(*analysis)) : modesText(*analysis));
 }

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "command/terminal/terminal.h"
 #include <unistd.h>
 
 namespace carom::command {
@@ -26,6 +27,7 @@ void ProgressBar::clear() {
 void ProgressBar::show(double share, const std::string& note) {
   constexpr int kWidth = 30;
   const int percent = static_cast<int>(100.0 * std::clamp(share, 0.0, 1.0));
+  if (talk().isQuiet()) return;
   if (!terminal_) showLine(percent, note);
   if (!terminal_ || (percent == shown_ && note == note_)) return;
   shown_ = percent;

@@ -9,7 +9,10 @@
 #include <utility>
 
 #include "command/command_line.h"
+#include "command/library/scene_library.h"
+#include "command/output/output_target.h"
 #include "command/progress_bar.h"
+#include "command/terminal/terminal.h"
 #include "command/view_command.h"
 #include "lab/report/report.h"
 #include "lab/report/report_files.h"
@@ -74,8 +77,10 @@ std::string textOf(const SceneReport& report) {
     if (std::isfinite(variant.divergedAt)) text << " (diverges at " << variant.divergedAt << " s)";
     text << '\n';
   }
+  if (!talk().isVerbose() && !report.leftOut.empty())
+    text << "  -v says which are left out, and why\n";
   for (const VariantLeftOut& entry : report.leftOut)
-    text << "  left out: " << entry.label << ": " << entry.why << '\n';
+    if (talk().isVerbose()) text << "  left out: " << entry.label << ": " << entry.why << '\n';
   return text.str();
 }
 
@@ -83,34 +88,42 @@ std::string textOf(const SceneReport& report) {
 
 ReportCommand::ReportCommand(CLI::App& app)
     : command_(app.add_subcommand(
-          "report", "Run scenes in all ways that make a difference: error against run time")) {
-  command_->add_option("SCENE", scenes_, "scene files (JSON, docs/scenes.md)")->required();
+          "report",
+          "Run scenes in all ways that matter: error against run time\n"
+          "Each variant of mechanics and sound is measured against the reference, and written as a "
+          "page, JSON and CSV; -v also says which variants are left out, and why.")) {
+  command_
+      ->add_option("SCENE", scenes_,
+                   "files (JSON, docs/scenes.md), or scenes of the library by name")
+      ->required()
+      ->transform(sceneName());
   command_
       ->add_option("-o,--output", output_,
                    "folder to write index.html, report.json, report.csv and a page for each scene "
                    "to; is made if it is not there")
       ->required()
-      ->check(fileName());
+      ->check(folderName());
   command_->add_option("--runs", runs_, "of each variant, of whose times the median counts")
       ->check(wholeNumberRange(1, kMostRuns))
       ->capture_default_str();
   command_
-      ->add_option("--budget", budget_,
-                   "seconds: variants whose mechanics would take longer are left out")
+      ->add_option("--budget", budget_, "variants whose mechanics would take longer are left out")
       ->check(numberRange(0.001, 1e6, "seconds"))
       ->capture_default_str();
   command_->add_flag("--confine,!--no-confine", confine_,
                      "refuse files that a scene names outside of its folder; on by default");
   command_->add_flag("--no-view", noView_,
                      "leave out the pages in which the variants are seen and heard");
-  command_->add_option("--template", template_,
-                       "page without runs, as 'cmake --preset web' makes it; default: the one that "
-                       "was built or installed with this program");
+  command_
+      ->add_option("--template", template_,
+                   "page without runs, as 'cmake --preset web' makes it; default: the one that "
+                   "was built or installed with this program")
+      ->type_name("FILE.html");
   addLimits(*command_, run_);
   command_->add_flag("--json", json_, "print what is in report.json instead of text");
   command_->footer(
       "Example:\n"
-      "  carom report scenes/library/two_balls.json scenes/library/newtons_cradle.json -o report");
+      "  carom report two_balls newtons_cradle -o report");
 }
 
 bool ReportCommand::parsed() const {
@@ -118,6 +131,10 @@ bool ReportCommand::parsed() const {
 }
 
 int ReportCommand::run() const {
+  if (const Status valid =
+          refuseStandardOutput(output_, "--output", "a report is several files; expected a folder");
+      !valid)
+    return fail(kBadInput, valid.error().message);
   const std::filesystem::path folder = output_;
   if (const Status valid = checkReportFolder(folder); !valid)
     return fail(kBadInput, "--output: " + valid.error().message);

@@ -42,7 +42,7 @@ CLI::Validator memoryRange() {
     if (memoryOf(text)) return {};
     return "'" + text + "' is no size of memory; expected one from 50MB to 1e6TB, such as 2GB";
   };
-  return {check, "SIZE"};
+  return {check, "SIZE", "a size such as 2GB, from 50MB"};
 }
 
 }  // namespace
@@ -60,9 +60,10 @@ void addResourceLimits(CLI::App& command, RunOptions& options) {
   command
       .add_option("--max-memory", options.memory,
                   "end the run beyond it, with exit code 3; default: half of the machine's")
+      ->group(kRunLimits)
       ->check(memoryRange());
-  command
-      .add_option("--max-time", options.time, "end the run after so many seconds; default: never")
+  command.add_option("--max-time", options.time, "end the run after so long; default: never")
+      ->group(kRunLimits)
       ->check(numberRange(1e-3, 1e9, "seconds"));
 }
 
@@ -71,12 +72,15 @@ void addLimits(CLI::App& command, RunOptions& options) {
   command
       .add_option("--max-events", options.events,
                   "end the run after so many events; default: any number, but no endless rattle")
+      ->group(kRunLimits)
       ->check(wholeNumberRange(1, 1e15));
 }
 
 void addKeepPartial(CLI::App& command, RunOptions& options) {
-  command.add_flag("--keep-partial", options.keepPartial,
-                   "keep what a limit cuts off, as NAME.incomplete.wav");
+  command
+      .add_flag("--keep-partial", options.keepPartial,
+                "keep what a limit cuts off, as NAME.incomplete.wav")
+      ->group(kRunLimits);
 }
 
 int endedEarly(const std::string& file, const scenes::EndedEarly& ended, const std::string& kept) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "command/command_line.h"
+#include "command/output/output_target.h"
 #include "command/progress_bar.h"
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -61,13 +62,21 @@ BoundedRun runWithBar(const std::vector<StabilityCase>& cases, StabilityForm for
 
 StabilityCommand::StabilityCommand(CLI::App& app)
     : command_(app.add_subcommand(
-          "stability", "Run stiff and extreme cases, each against what theory expects of it")) {
+          "stability",
+          "Run stiff and extreme cases, each against what theory expects\n"
+          "Exit code 1 says that a case has failed; docs/stability.md tells what each is.")) {
   command_->add_flag("--short", short_,
                      "fewer points, and no case that takes long: a few seconds instead of minutes");
-  command_->add_option("--only", only_,
-                       "cases with this in their name; '*' stands for anything in between");
+  command_
+      ->add_option("--only", only_,
+                   "cases with this in their name; '*' stands for anything in between")
+      ->type_name("PART");
   CLI::Option* list = command_->add_flag("--list", list_, "say which cases there are; run none");
-  command_->add_option("-o,--output", output_, "JSON file to write, beside what is printed")
+  command_
+      ->add_option("-o,--output", output_,
+                   "JSON file to write, beside what is printed; for standard output there is "
+                   "--json")
+      ->type_name("FILE.json")
       ->check(fileName())
       ->excludes(list);
   command_->add_flag("--json", json_, "print one JSON object instead of text");
@@ -92,6 +101,8 @@ int StabilityCommand::run() const {
   const std::vector<StabilityCase> cases = selectCases(all, form(), only_);
   if (cases.empty()) return fail(kBadInput, noCaseMessage(only_, all));
   if (list_) return list(cases);
+  if (const Status valid = refuseStandardOutput(output_, "--output", "expected --json"); !valid)
+    return fail(kBadInput, valid.error().message);
   if (!output_.empty())
     if (const Status valid = checkWritable(output_); !valid)
       return fail(kFailed, output_ + ": " + valid.error().message);

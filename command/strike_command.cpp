@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "command/command_line.h"
+#include "command/output/output_target.h"
 #include "command/progress_bar.h"
 #include <CLI/CLI.hpp>
 #include <Eigen/Dense>
@@ -143,15 +144,22 @@ Result<StrikeReport> renderStrike(Synth& synth, const ImpulseEvent& event,
 }  // namespace
 
 StrikeCommand::StrikeCommand(CLI::App& app)
-    : command_(app.add_subcommand("strike", "Hit a body once, and hear it ring")) {
-  command_->add_option("MODEL", model_, "model file that 'carom modes' wrote, or glTF")->required();
-  command_->add_option("--node", node_, "of a glTF file with several models: whose model");
+    : command_(app.add_subcommand("strike",
+                                  "Hit a body once, and hear it ring\n"
+                                  "A ball hits a model of 'carom modes' with an impulse at a "
+                                  "point: what a listener hears of "
+                                  "the ring, and of the click of the recoil.")) {
+  command_->add_option("MODEL", model_, "model file that 'carom modes' wrote, or glTF")
+      ->required()
+      ->type_name("FILE");
+  command_->add_option("--node", node_, "of a glTF file with several models: whose model")
+      ->type_name("NAME");
   const auto three = [](double limit, const char* unit) {
     const auto check = [limit, unit](const std::string& text) -> std::string {
       if (threeNumbers(text, limit)) return {};
       return "'" + text + "' is not x,y,z; expected three numbers, " + unit + ", with commas";
     };
-    return CLI::Validator(check, "X,Y,Z");
+    return CLI::Validator(check, "X,Y,Z", std::string("three numbers of ") + unit);
   };
   command_->add_option("--at", at_, "where, in the frame of its mesh; the nearest point counts")
       ->required()
@@ -159,32 +167,36 @@ StrikeCommand::StrikeCommand(CLI::App& app)
   command_->add_option("--impulse", impulse_, "how hard and which way")
       ->required()
       ->check(three(kFarthest, "newton seconds"));
-  command_->add_option("-o,--output", output_, "WAV file to write")->required()->check(fileName());
+  command_->option_defaults()->group(kOutput);
+  command_->add_option("-o,--output", output_, "WAV file to write; '-' is standard output")
+      ->required()
+      ->type_name("FILE.wav")
+      ->check(fileName());
+  addScale(*command_, normalize_, fullScale_);
+  command_->add_option("--sample-rate", sampleRate_, "samples in a second")
+      ->check(wholeNumberRange(8000, 192000, "Hz"))
+      ->capture_default_str();
+  command_
+      ->add_option("--duration", duration_,
+                   "of the file; default: until it is silent, at most 60 s")
+      ->check(numberRange(0.01, 3600.0, "seconds"));
+  command_->option_defaults()->group(kSound);
   command_->add_option("--listener", listener_, "from the centre of mass, in the frame of the mesh")
       ->check(three(kFarthest, "metres"))
       ->capture_default_str();
-  std::vector<std::string> names;
-  for (const Material& material : builtInMaterials())
-    names.push_back(material.name);
   command_->add_option("--hammer", hammerMaterial_, "material of the ball that hits")
-      ->check(oneOf(names))
+      ->check(builtInMaterial())
       ->capture_default_str();
-  command_->add_option("--hammer-mass", hammerMass_, "of the ball, kg")
+  command_->add_option("--hammer-mass", hammerMass_, "of the ball")
       ->check(numberRange(1e-9, 1e6, "kilograms"))
       ->capture_default_str();
-  command_->add_option("--hammer-radius", hammerRadius_, "of the ball where it touches, m")
+  command_->add_option("--hammer-radius", hammerRadius_, "of the ball where it touches")
       ->check(numberRange(1e-6, 1e3, "metres"))
       ->capture_default_str();
   command_->add_option("--modal-radiation", radiation_, "how modes become pressure")
       ->check(oneOf({"directional", "monopole", "constant"}))
       ->capture_default_str();
   command_->add_flag("--no-click", noClick_, "leave out the click of its recoil");
-  command_->add_option("--duration", duration_, "seconds; default: until it is silent, at most 60")
-      ->check(numberRange(0.01, 3600.0, "seconds"));
-  command_->add_option("--sample-rate", sampleRate_, "Hz")
-      ->check(wholeNumberRange(8000, 192000, "Hz"))
-      ->capture_default_str();
-  addScale(*command_, normalize_, fullScale_);
   addResourceLimits(*command_, run_);
   command_->add_flag("--json", json_, "print one JSON object instead of text");
   command_->footer(
@@ -202,6 +214,8 @@ int StrikeCommand::run() const {
                 "--output: '" + output_ + "' is not the name of a WAV file; expected FILE.wav");
   if (isSameFile(output_, model_))
     return fail(kBadInput, "--output: " + output_ + " is the model itself; expected another name");
+  const Result<OutputTarget> target = OutputTarget::create(output_, "--output");
+  if (!target) return fail(kBadInput, target.error().message);
   const Vec3 impulse = *threeNumbers(impulse_, kFarthest);
   if (impulse.norm() < 1e-12)
     return fail(kBadInput, "--impulse: nothing hits; expected at least 1e-12 N s");
@@ -247,13 +261,14 @@ int StrikeCommand::run() const {
   file.sampleRate = sampleRate_;
   file.normalize = normalize_;
   file.fullScalePressure = fullScalePressure(fullScale_).value_or(kFullScalePressure);
-  const Result<StrikeReport> report =
-      renderStrike(*synth, event, {.file = output_, .settings = file, .seconds = duration_}, watch);
+  const Result<StrikeReport> report = renderStrike(
+      *synth, event, {.file = target->path(), .settings = file, .seconds = duration_}, watch);
   if (!report) return fail(kFailed, report.error().message);
   if (!report->limit.empty()) return endedEarly(model_, watch, report->limit);
+  if (const Status sent = target->finish(); !sent) return fail(kFailed, sent.error().message);
   if (json_) {
     nlohmann::ordered_json object;
-    object["file"] = output_;
+    object["file"] = target->shown();
     object["duration_s"] = report->duration;
     object["contact_s"] = report->contact;
     object["peak_pa"] = report->peak;
@@ -261,7 +276,7 @@ int StrikeCommand::run() const {
     return answer(jsonText(object));
   }
   std::ostringstream text;
-  text << output_ << ": " << report->duration << " s, peak " << report->peak << " Pa ("
+  text << target->shown() << ": " << report->duration << " s, peak " << report->peak << " Pa ("
        << 20.0 * std::log10(std::max(report->peak, 1e-12) / kHearingThreshold) << " dB), "
        << model->modes.size() << " modes, contact of " << 1e3 * report->contact << " ms\n";
   return answer(text.str());

@@ -12,6 +12,8 @@
 #include <vector>
 
 #include "command/command_line.h"
+#include "command/library/scene_library.h"
+#include "command/output/output_target.h"
 #include "command/progress_bar.h"
 #include "command/signals.h"
 #include "command/view_command.h"
@@ -67,7 +69,7 @@ CLI::Validator pictureSizeRange() {
            "' is no size of a picture; expected WxH in pixels, both even, from 64 to 7680, such as "
            "1280x720";
   };
-  return {check, "WxH"};
+  return {check, "WIDTHxHEIGHT"};
 }
 
 std::optional<FilmFormat> formatOf(const std::string& file) {
@@ -162,11 +164,20 @@ std::string filmText(const FilmReport& report, const FilmSettings& settings) {
 
 VideoCommand::VideoCommand(CLI::App& app)
     : command_(app.add_subcommand("video",
-                                  "Make a film of a scene, or of a recorded run, with its sound")) {
-  command_->add_option("FILE", input_, "scene, or a file of 'carom record' and of hosts")
-      ->required();
-  command_->add_option("-o,--output", output_, "FILE.mp4 (H.264, AAC) or FILE.webm (VP9, Opus)")
+                                  "Make a film of a scene, or of a recorded run, with its sound\n"
+                                  "Needs Chromium and ffmpeg (docs/video.md).")) {
+  command_
+      ->add_option("FILE", input_,
+                   "scene, by its file or its name in the library, or a file "
+                   "of 'carom record' and of hosts")
       ->required()
+      ->type_name("SCENE|FILE.carom")
+      ->transform(sceneName());
+  command_
+      ->add_option("-o,--output", output_,
+                   "film to write: FILE.mp4 (H.264, AAC) or FILE.webm (VP9, Opus)")
+      ->required()
+      ->type_name("FILE.mp4")
       ->check(fileName());
   addPicture();
   addSound();
@@ -176,8 +187,8 @@ VideoCommand::VideoCommand(CLI::App& app)
   addLimits(*command_, run_);
   command_->footer(
       "Examples:\n"
-      "  carom video scenes/library/marbles_in_a_box.json -o marbles.mp4 --captions --meter\n"
-      "  carom video scenes/library/billiard_break.json -o break.webm --size 960x540 --speed 0.1 "
+      "  carom video marbles_in_a_box -o marbles.mp4 --captions --meter\n"
+      "  carom video billiard_break -o break.webm --size 960x540 --speed 0.1 "
       "--to 0.5\n"
       "  carom video run.carom -o run.mp4 --camera way.json --ear head");
 }
@@ -200,9 +211,11 @@ void VideoCommand::addPicture() {
   command_->add_option("--tail", tail_, "the last picture stays so long, and the sound goes on")
       ->check(numberRange(0.0, kLongestTail, "seconds"))
       ->capture_default_str();
-  command_->add_option("--camera", camera_,
-                       "file with key frames, as a scene's \"camera\" has them; default: the "
-                       "scene's, or else the first view of its page");
+  command_
+      ->add_option("--camera", camera_,
+                   "file with key frames, as a scene's \"camera\" has them; default: the "
+                   "scene's, or else the first view of its page")
+      ->type_name("FILE.json");
   command_->add_flag("--captions", captions_,
                      "draw the title, the time, and who has just met whom");
   command_->add_flag("--meter", meter_, "draw the level of the sound");
@@ -212,15 +225,17 @@ void VideoCommand::addPicture() {
 }
 
 void VideoCommand::addSound() {
-  command_->add_option("--listener", listener_,
-                       "what a listener of the scene hears; default: what the camera hears");
+  command_
+      ->add_option("--listener", listener_,
+                   "what a listener of the scene hears; default: what the camera hears")
+      ->type_name("NAME");
   command_
       ->add_option("--ear", ear_, "of the camera: one microphone, two, or a head for headphones")
       ->check(oneOf({"mono", "pair", "head"}))
       ->capture_default_str();
   command_
       ->add_option("--full-scale", fullScale_,
-                   "what 1.0 in the sound is: pascals, or a level such as 120dB; louder sound is "
+                   "what 1.0 in the sound stands for; louder sound is "
                    "limited; default: so that the peak is at -3 dB")
       ->check(fullScaleRange());
 }
@@ -229,15 +244,19 @@ void VideoCommand::addSound() {
 void VideoCommand::addPrograms() {
   command_->add_option("--stepper", stepper_, "mechanics of a scene; default: its own choice")
       ->check(oneOf({"native", "bullet"}));
-  command_->add_option("--step", step_, "Bullet's step in s; default: the scene's own")
-      ->check(numberRange(kShortestStep, kLongestStep, "s"));
+  command_->add_option("--step", step_, "Bullet's step; default: the scene's own")
+      ->check(numberRange(kShortestStep, kLongestStep, "seconds"));
   command_->add_flag("--lossless", lossless_,
                      "lose nothing more of the pictures; mp4 only, several times as large");
-  command_->add_option("--browser", browser_, "Chromium; default: the one in PATH");
-  command_->add_option("--ffmpeg", encoder_, "ffmpeg; default: the one in PATH");
-  command_->add_option("--template", template_,
-                       "page without runs, as for 'carom view'; default: the one that was built or "
-                       "installed with this program");
+  command_->add_option("--browser", browser_, "Chromium; default: the one in PATH")
+      ->type_name("PROGRAM");
+  command_->add_option("--ffmpeg", encoder_, "ffmpeg; default: the one in PATH")
+      ->type_name("PROGRAM");
+  command_
+      ->add_option("--template", template_,
+                   "page without runs, as for 'carom view'; default: the one that was built or "
+                   "installed with this program")
+      ->type_name("FILE.html");
 }
 
 bool VideoCommand::parsed() const {
@@ -304,6 +323,10 @@ Result<FilmSettings> VideoCommand::settingsFor(const Scene& scene) const {
 }
 
 int VideoCommand::run() const {
+  if (const Status valid = refuseStandardOutput(
+          output_, "--output", "the name says the format; expected FILE.mp4 or FILE.webm");
+      !valid)
+    return fail(kBadInput, valid.error().message);
   if (const Status valid = checkOutput(); !valid)
     return fail(kBadInput, "--output: " + valid.error().message);
   const auto tools = findTools(browser_, encoder_, template_);

@@ -9,6 +9,8 @@
 #include <utility>
 
 #include "command/command_line.h"
+#include "command/library/scene_library.h"
+#include "command/output/output_target.h"
 #include "command/progress_bar.h"
 #include "lab/view/view_page.h"
 #include "lab/view/view_run.h"
@@ -158,35 +160,45 @@ MadeView runView(const std::string& file, const Scene& scene, const RunLimits& l
 
 ViewCommand::ViewCommand(CLI::App& app)
     : command_(app.add_subcommand(
-          "view", "Write a page in which scenes and recorded runs are seen and heard")) {
+          "view",
+          "Write a page in which scenes and recorded runs are seen and heard\n"
+          "One file without a network: a browser shows it, and sounds it live (docs/view.md).")) {
   command_
       ->add_option("FILE", inputs_,
                    "scenes, or files of 'carom record' and of hosts; with several, the page "
                    "switches between them")
-      ->required();
-  command_->add_option("-o,--output", output_, "page to write; default: FILE's name with .html")
+      ->required()
+      ->type_name("SCENE|FILE.carom")
+      ->transform(sceneName());
+  command_
+      ->add_option("-o,--output", output_,
+                   "page to write; '-' is standard output; default: FILE's name with .html")
+      ->type_name("FILE.html")
       ->check(fileName());
   command_->add_option("--label", labels_, "name of a run in the page, one for each FILE in turn")
+      ->type_name("TEXT")
       ->allow_extra_args(false);
   command_->add_flag("--compare", compare_,
                      "show a scene twice: exact, and as Bullet tells it to its host");
   command_->add_option("--stepper", stepper_, "mechanics of scenes; default: their own choice")
       ->check(oneOf({"native", "bullet"}));
-  command_->add_option("--step", step_, "Bullet's step in s; default: the scene's own")
-      ->check(numberRange(kShortestStep, kLongestStep, "s"));
-  command_->add_option("--seconds", seconds_, "the first so many seconds of scenes; default: all")
-      ->check(numberRange(kShortestView, kLongestView, "s"));
-  command_->add_option("--template", template_,
-                       "page without runs, as 'cmake --preset web' makes it; default: the one that "
-                       "was built or installed with this program");
+  command_->add_option("--step", step_, "Bullet's step; default: the scene's own")
+      ->check(numberRange(kShortestStep, kLongestStep, "seconds"));
+  command_->add_option("--seconds", seconds_, "only the beginning of scenes; default: all")
+      ->check(numberRange(kShortestView, kLongestView, "seconds"));
+  command_
+      ->add_option("--template", template_,
+                   "page without runs, as 'cmake --preset web' makes it; default: the one that "
+                   "was built or installed with this program")
+      ->type_name("FILE.html");
   command_->add_flag("--no-open", noOpen_, "do not open the page in a browser");
   addConfine(*command_, confine_);
   command_->add_flag("--json", json_, "print one JSON object instead of text");
   addLimits(*command_, run_);
   command_->footer(
       "Examples:\n"
-      "  carom view scenes/library/marbles_in_a_box.json -o marbles.html\n"
-      "  carom view scenes/library/billiard_break.json --compare\n"
+      "  carom view marbles_in_a_box -o marbles.html\n"
+      "  carom view billiard_break --compare\n"
       "  carom view scenes/library/*.json --seconds 2 -o gallery.html\n"
       "  carom view quiet.carom loud.carom --label quiet --label loud -o both.html");
 }
@@ -203,7 +215,9 @@ int ViewCommand::run() const {
     if (audio::isSameFile(output, input))
       return fail(kBadInput,
                   "--output: " + output + " is what is to be shown; expected another name");
-  if (const Status writable = audio::checkWritable(output); !writable)
+  const Result<OutputTarget> target = OutputTarget::create(output, "--output");
+  if (!target) return fail(kBadInput, target.error().message);
+  if (const Status writable = audio::checkWritable(target->path()); !writable)
     return fail(kBadInput, "--output: " + output + " " + writable.error().message);
   if (labels_.size() > inputs_.size())
     return fail(kBadInput, "--label: there are more labels than files");
@@ -253,21 +267,22 @@ int ViewCommand::run() const {
     const Result<bool> added = page->add(std::get<ViewRun>(made));
     if (!added) return fail(kFailed, added.error().message);
   }
-  const auto report = page->write(output);
+  const auto report = page->write(target->path());
   if (!report) return fail(kFailed, report.error().message);
-  if (!noOpen_ && !json_) open(output);
+  if (const Status sent = target->finish(); !sent) return fail(kFailed, sent.error().message);
+  if (!noOpen_ && !json_ && !target->isStandardOutput()) open(output);
   if (json_) {
     nlohmann::ordered_json object;
-    object["file"] = report->file.string();
+    object["file"] = target->shown();
     object["bytes"] = report->bytes;
     object["scenes"] = page->runs();
     object["live"] = report->isLive;
     return answer(jsonText(object));
   }
   std::ostringstream text;
-  text << output << ": " << page->runs() << (page->runs() == 1 ? " run, " : " runs, ")
+  text << target->shown() << ": " << page->runs() << (page->runs() == 1 ? " run, " : " runs, ")
        << report->bytes / 1000 << " kB" << (report->isLive ? "" : ", without sound")
-       << "; open it in a browser\n";
+       << (target->isStandardOutput() ? "\n" : "; open it in a browser\n");
   return answer(text.str());
 }
 

@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <iomanip>
-#include <iostream>
 #include <numbers>
 #include <optional>
 #include <sstream>
 #include <variant>
+
+#include "command/terminal/terminal.h"
 
 #include "carom/audio/synth_settings.h"
 
@@ -117,7 +118,7 @@ std::string peakWarning(const RenderReport& report, const RenderOptions& options
 
 void Warnings::add(const std::string& text) {
   if (text.empty()) return;
-  std::cerr << "carom: " << text << '\n';
+  warn(text);
   texts_.push_back(text);
 }
 

@@ -11,6 +11,7 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "audio/radiation/edge_collapse.h"
 #include "audio/radiation/source_panel.h"
 
 namespace carom::audio {
@@ -18,10 +19,13 @@ namespace {
 
 using Triangle = std::array<std::uint32_t, 3>;
 
-constexpr double kWeld = 1e-6;         // share of the extent
-constexpr double kNoArea = 1e-12;      // share of the extent squared
-constexpr double kNoVolume = 1e-9;     // share of the extent cubed
-constexpr double kFlatQuadric = 0.01;  // an eigenvalue below this share of the largest is noise
+constexpr double kWeld = 1e-6;          // share of the extent
+constexpr double kNoArea = 1e-12;       // share of the extent squared
+constexpr double kNoVolume = 1e-9;      // share of the extent cubed
+constexpr double kMostLost = 0.02;      // share of the volume that clustering may lose or gain
+constexpr double kFlat = 1e-4;          // share of the extent that a flat side may be off its plane
+constexpr double kBackToBack = -0.999;  // cosine between the normals of neighbours
+constexpr double kFlatQuadric = 0.01;   // an eigenvalue below this share of the largest is noise
 
 std::uint32_t index(std::size_t i) {
   return static_cast<std::uint32_t>(i);
@@ -249,6 +253,29 @@ SurfaceMesh clustered(const SurfaceMesh& mesh, double cell) {
   return result;
 }
 
+SurfaceMesh clusteredDownTo(const SurfaceMesh& mesh, std::size_t most) {
+  double cell = std::sqrt(surfaceArea(mesh) / static_cast<double>(most));
+  SurfaceMesh result = clustered(mesh, cell);
+  while (result.triangles.size() > most) {
+    cell *= 1.1;
+    result = clustered(mesh, cell);
+  }
+  if (!result.triangles.empty()) dropWithoutArea(result, extentOf(result));
+  return result;
+}
+
+// True if two neighbours lie on each other, face to face or back to back.
+bool isFolded(const SurfaceMesh& mesh) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, Vec3> sides;
+  for (const Triangle& triangle : mesh.triangles)
+    for (std::size_t side = 0; side < 3; ++side)
+      sides[{triangle[side], triangle[(side + 1) % 3]}] = twiceAreaOf(mesh, triangle).normalized();
+  return std::ranges::any_of(sides, [&](const auto& one) {
+    const auto other = sides.find({one.first.second, one.first.first});
+    return other != sides.end() && other->second.dot(one.second) < kBackToBack;
+  });
+}
+
 double longestSquared(const std::array<Vec3, 3>& corners, std::size_t& side) {
   double longest = -1.0;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -299,14 +326,12 @@ Result<SurfaceMesh> cleanSurface(const SurfaceMesh& mesh) {
 
 SurfaceMesh clusteredSurface(const SurfaceMesh& mesh, std::size_t most) {
   if (mesh.triangles.size() <= most) return mesh;
-  double cell = std::sqrt(surfaceArea(mesh) / static_cast<double>(most));
-  SurfaceMesh result = clustered(mesh, cell);
-  while (result.triangles.size() > most) {
-    cell *= 1.1;
-    result = clustered(mesh, cell);
-  }
-  if (!result.triangles.empty()) dropWithoutArea(result, extentOf(result));
-  return result;
+  SurfaceMesh result = clusteredDownTo(mesh, most);
+  const double volume = signedVolume(mesh);
+  const double lost = std::abs(signedVolume(result) - volume);
+  if (lost <= kMostLost * volume && !isFolded(result)) return result;
+  SurfaceMesh collapsed = collapsedSurface(mesh, most, kFlat * extentOf(mesh));
+  return collapsed.triangles.size() <= most ? collapsed : result;
 }
 
 SurfaceMesh halvedSurface(SurfaceMesh mesh, std::size_t least) {

@@ -16,8 +16,10 @@ Result<SurfaceMesh> cleanSurface(const SurfaceMesh& mesh);
 /// Returns the mesh with fewer triangles, at most `most`, by vertex clustering (Rossignac and
 /// Borrel 1993): one vertex per cell of a grid, where it fits the planes of its triangles best
 /// (Lindstrom 2000). A closed mesh stays closed. Parts thinner than a cell, about
-/// sqrt(area / most), may collapse and be lost. A mesh that is small enough is returned as it is.
-/// [any thread]
+/// sqrt(area / most), may collapse or fold: where that takes 2 % of the volume, or makes two
+/// neighbours lie back to back, a body with flat sides is simplified edge by edge
+/// (collapsedSurface), which keeps its shape, but not its mirror planes; one of curved sides stays
+/// as clustering has left it. A mesh that is small enough is returned as it is. [any thread]
 SurfaceMesh clusteredSurface(const SurfaceMesh& mesh, std::size_t most);
 
 /// Returns at least `least` triangles on the same surface: those with the longest edges are halved,

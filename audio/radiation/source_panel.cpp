@@ -1,6 +1,8 @@
 #include "audio/radiation/source_panel.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace carom::audio {
 namespace {
@@ -13,6 +15,14 @@ double distanceAlong(const Vec3& from, const Vec3& to, double length, double log
   const double end = to.dot(along);
   const double aside = from.squaredNorm() - start * start;  // squared distance of the edge's line
   return 0.5 * (end * to.norm() - start * from.norm() + aside * logarithm);
+}
+
+// Returns the integral of 1 / distance along an edge from the sum of the distances to its ends. A
+// point on the edge, where it has no end, counts as one that lies beside it by as much as rounding
+// tells: a panel that was folded over another has points there.
+double reciprocalAlong(double sum, double length) {
+  constexpr double kRounding = std::numeric_limits<double>::epsilon();
+  return std::log((sum + length) / std::max(sum - length, kRounding * length));
 }
 
 // Returns the solid angle of a triangle whose corners are `to` as seen from a point.
@@ -50,8 +60,7 @@ PanelView SourcePanel::viewFrom(const Vec3& point, bool inPlane) const {
   PanelView view;
   for (std::size_t edge = 0; edge < 3; ++edge) {
     const double sum = distance[edge] + distance[(edge + 1) % 3];
-    view.potential +=
-        to[edge].dot(outward_[edge]) * std::log((sum + lengths_[edge]) / (sum - lengths_[edge]));
+    view.potential += to[edge].dot(outward_[edge]) * reciprocalAlong(sum, lengths_[edge]);
   }
   if (inPlane) return view;
   view.solidAngle = solidAngleOf(to, distance);
@@ -65,7 +74,7 @@ SourceField SourcePanel::field(const Vec3& point, bool inPlane) const {
   SourceField field;
   for (std::size_t edge = 0; edge < 3; ++edge) {
     const double sum = distance[edge] + distance[(edge + 1) % 3];
-    const double logarithm = std::log((sum + lengths_[edge]) / (sum - lengths_[edge]));
+    const double logarithm = reciprocalAlong(sum, lengths_[edge]);
     const double aside = to[edge].dot(outward_[edge]);
     field.potential += aside * logarithm;
     field.gradient -= logarithm * outward_[edge];

@@ -1,6 +1,5 @@
-// The carom command: render, info, compare, report, record, replay, batch, modes, strike, fit,
-// jello, stability, listen, view, video. Exit codes: 0 done, 1 failed, 2 bad input, 3 ended by a
-// limit; by a signal: 129, 130, 143.
+// The carom command. Exit codes: 0 done, 1 failed, 2 bad input, 3 ended by a limit; by a signal:
+// 129, 130, 143.
 
 #include <algorithm>
 #include <cctype>
@@ -21,15 +20,27 @@
 #include "command/batch_command.h"
 #include "command/command_line.h"
 #include "command/fit_command.h"
+#include "command/help/command_help.h"
+#include "command/help/help_text.h"
+#include "command/help/usage_error.h"
 #include "command/jello_command.h"
+#include "command/library/scene_library.h"
+#include "command/list/completion_command.h"
+#include "command/list/events_command.h"
+#include "command/list/help_command.h"
+#include "command/list/materials_command.h"
+#include "command/list/scenes_command.h"
 #include "command/listen_command.h"
 #include "command/modes_command.h"
+#include "command/output/output_target.h"
+#include "command/output/sound_name.h"
 #include "command/progress_bar.h"
 #include "command/report_command.h"
 #include "command/run_options.h"
 #include "command/signals.h"
 #include "command/stability_command.h"
 #include "command/strike_command.h"
+#include "command/terminal/terminal.h"
 #include "command/video_command.h"
 #include "command/view_command.h"
 #include "command/warnings.h"
@@ -58,10 +69,6 @@ using namespace lab;
 using namespace audio;
 
 namespace {
-
-constexpr const char* kCommands =
-    "render, info, compare, report, record, replay, batch, modes, strike, fit, jello, stability, "
-    "listen, view or video";
 
 struct Arguments {
   std::string scene;  // for replay: the recording
@@ -132,7 +139,7 @@ void applySound(const Arguments& arguments, Scene& scene) {
 }
 
 // Returns why the output files cannot be written, before anything is read; empty if they can.
-Status checkOutputs(const Arguments& arguments, const std::string& input = "scene") {
+Status checkOutputs(const Arguments& arguments, const std::string& input) {
   if (isSameFile(arguments.output, arguments.scene))
     return Error{"--output: " + arguments.output + " is the " + input +
                  " itself; expected another name"};
@@ -150,13 +157,16 @@ Status checkOutputs(const Arguments& arguments, const std::string& input = "scen
 
 RenderOptions renderOptions(const Arguments& arguments) {
   RenderOptions options;
-  options.soundFile = arguments.output;
   options.format = arguments.format == "pcm16" ? SampleFormat::pcm16 : SampleFormat::float32;
   options.normalize = arguments.normalize;
   if (arguments.limit || arguments.noLimit) options.limit = arguments.limit;
   options.fullScale = fullScalePressure(arguments.fullScale).value_or(kFullScalePressure);
   if (!arguments.events.empty()) options.eventsFile = arguments.events;
   return options;
+}
+
+Detail detail() {
+  return talk().isVerbose() ? Detail::whole : Detail::brief;
 }
 
 nlohmann::ordered_json withWarnings(nlohmann::ordered_json object, const Warnings& warnings) {
@@ -180,7 +190,8 @@ void warnOfLongRun(const std::string& file, const Scene& scene, Warnings& warnin
 }
 
 // Renders a scene to which the options of the command line have been applied already.
-int renderInto(const Arguments& arguments, const Scene& scene, const Replay& replay) {
+int renderInto(const Arguments& arguments, const OutputTarget& target, const Scene& scene,
+               const Replay& replay) {
   Warnings warnings;
   if (const std::string why = instabilityWarning(scene); !why.empty())
     warnings.add(arguments.scene + ": " + why);
@@ -188,6 +199,7 @@ int renderInto(const Arguments& arguments, const Scene& scene, const Replay& rep
   if (!replay) warnOfLongRun(arguments.scene, scene, warnings);
   ProgressBar bar("rendering " + scene.name);
   RenderOptions options = renderOptions(arguments);
+  options.soundFile = target.path();
   options.replay = replay;
   options.span = arguments.span;
   capMemory(arguments.run.limits().memory);
@@ -203,15 +215,18 @@ int renderInto(const Arguments& arguments, const Scene& scene, const Replay& rep
     if (share >= 1.0) analysis.clear();
     return true;
   };
-  const Result<RenderReport> report = renderBounded(scene, options);
+  Result<RenderReport> report = renderBounded(scene, options);
   bar.clear();
   if (!report && guard.ended()) return endedEarly(arguments.scene, *guard.ended(), "");
   if (!report) return fail(kFailed, report.error().message);
+  if (target.isStandardOutput()) report->file = target.shown();
   warnings.add(renderWarnings(*report, options));
   if (report->endedEarly && !arguments.json)
     return endedEarly(arguments.scene, *report->endedEarly, report->file.string());
+  if (!report->endedEarly)
+    if (const Status sent = target.finish(); !sent) return fail(kFailed, sent.error().message);
   const int answered = answer(arguments.json ? jsonText(withWarnings(renderJson(*report), warnings))
-                                             : renderText(*report));
+                                             : renderText(*report, detail()));
   if (!report->endedEarly) return answered;
   return endedEarly(arguments.scene, *report->endedEarly, report->file.string());
 }
@@ -222,9 +237,29 @@ Status validateRun(const Scene& scene) {
                                                    : validateForNative(scene);
 }
 
-int render(const Arguments& arguments) {
-  if (const Status valid = checkOutputs(arguments); !valid)
-    return fail(kBadInput, valid.error().message);
+// Settles where the sound goes; refuses what cannot be written there, before anything is read.
+Result<OutputTarget> soundTarget(Arguments& arguments, const std::string& input) {
+  if (arguments.output.empty()) {
+    const Result<std::string> name = soundNameOf(arguments.scene);
+    if (!name) return name.error();
+    arguments.output = *name;
+  }
+  if (const Status valid = checkOutputs(arguments, input); !valid) return valid.error();
+  const bool isStream = arguments.output == kStandardOutput;
+  if (isStream && arguments.stems)
+    return Error{"--stems: several files cannot go to standard output; expected -o FILE.wav"};
+  if (isStream && arguments.run.keepPartial)
+    return Error{"--keep-partial: standard output has no name; expected -o FILE.wav"};
+  if (const Status valid = refuseStandardOutput(arguments.events, "--events",
+                                                "the sound goes by -o; expected FILE.csv");
+      !valid)
+    return valid.error();
+  return OutputTarget::create(arguments.output, "--output");
+}
+
+int render(Arguments& arguments) {
+  const Result<OutputTarget> target = soundTarget(arguments, "scene");
+  if (!target) return fail(kBadInput, target.error().message);
   Result<Scene> scene = loadScene(arguments.scene, {.confined = arguments.confine});
   if (!scene) return fail(kBadInput, scene.error().message);
   applyStepper(arguments, *scene);
@@ -235,11 +270,12 @@ int render(const Arguments& arguments) {
   }
   if (const Status valid = validateRun(*scene); !valid)
     return fail(kBadInput, arguments.scene + ": " + valid.error().message);
-  return renderInto(arguments, *scene, {});
+  return renderInto(arguments, *target, *scene, {});
 }
 
 // Records the whole motion of spheres on the native stepper.
-int recordMotion(const Arguments& arguments, const Scene& scene, const std::string& text) {
+int recordMotion(const Arguments& arguments, const OutputTarget& target, const Scene& scene,
+                 const std::string& text) {
   ProgressBar bar("recording " + scene.name);
   const auto start = std::chrono::steady_clock::now();
   RunGuard guard(scene, arguments.run.limits());
@@ -248,27 +284,30 @@ int recordMotion(const Arguments& arguments, const Scene& scene, const std::stri
   bar.clear();
   if (guard.ended()) return endedEarly(arguments.scene, *guard.ended(), "");
   if (!recording) return fail(kBadInput, recording.error().message);
-  const Result<std::uintmax_t> bytes = saveRecording(*recording, arguments.output);
+  const Result<std::uintmax_t> bytes = saveRecording(*recording, target.path());
   if (!bytes) return fail(kFailed, bytes.error().message);
+  if (const Status sent = target.finish(); !sent) return fail(kFailed, sent.error().message);
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
-  const RecordReport report{arguments.output, *bytes, took.count()};
+  const RecordReport report{target.shown(), *bytes, took.count()};
   return answer(arguments.json ? jsonText(recordJson(*recording, report))
                                : recordText(*recording, report));
 }
 
 // Records what a stepper tells: Bullet, or a jello.
-int recordStepper(const Arguments& arguments, const Scene& scene, const std::string& text) {
+int recordStepper(const Arguments& arguments, const OutputTarget& target, const Scene& scene,
+                  const std::string& text) {
   ProgressBar bar("recording " + scene.name);
   const auto start = std::chrono::steady_clock::now();
   RunGuard guard(scene, arguments.run.limits());
   const Result<RunReport> run = recordRun(
-      {&scene, text, arguments.scene, arguments.output}, [&](double share) { bar.show(share); },
+      {&scene, text, arguments.scene, target.path()}, [&](double share) { bar.show(share); },
       &guard);
   bar.clear();
   if (guard.ended()) return endedEarly(arguments.scene, *guard.ended(), "");
   if (!run) return fail(kFailed, run.error().message);
+  if (const Status sent = target.finish(); !sent) return fail(kFailed, sent.error().message);
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
-  const RunFileReport report{arguments.output, scene.duration, took.count(), *run};
+  const RunFileReport report{target.shown(), scene.duration, took.count(), *run};
   return answer(arguments.json ? jsonText(runJson(report)) : runText(report));
 }
 
@@ -276,6 +315,8 @@ int record(const Arguments& arguments) {
   if (isSameFile(arguments.output, arguments.scene))
     return fail(kBadInput,
                 "--output: " + arguments.output + " is the scene itself; expected another name");
+  const Result<OutputTarget> target = OutputTarget::create(arguments.output, "--output");
+  if (!target) return fail(kBadInput, target.error().message);
   Result<std::string> text = readSceneText(arguments.scene);
   if (!text) return fail(kBadInput, text.error().message);
   Result<Scene> scene = parseScene(*text, arguments.scene, {.confined = arguments.confine});
@@ -287,8 +328,8 @@ int record(const Arguments& arguments) {
   warnOfLongRun(arguments.scene, *scene, warnings);
   capMemory(arguments.run.limits().memory);
   // Spheres on the native stepper have motion between events that a formula knows.
-  return validateForRecording(*scene) ? recordMotion(arguments, *scene, *text)
-                                      : recordStepper(arguments, *scene, *text);
+  return validateForRecording(*scene) ? recordMotion(arguments, *target, *scene, *text)
+                                      : recordStepper(arguments, *target, *scene, *text);
 }
 
 // Replaces the scene's listeners by microphones at the places given on the command line, if any.
@@ -319,25 +360,28 @@ Status validateSpan(const SoundSpan& span, const Scene& scene) {
 }
 
 // Renders a run of a scene that was recorded.
-int replayScene(const Arguments& arguments, Scene& scene, const Replay& replay) {
+int replayScene(const Arguments& arguments, const OutputTarget& target, Scene& scene,
+                const Replay& replay) {
   if (const Status valid = validateSpan(arguments.span, scene); !valid)
     return fail(kBadInput, valid.error().message);
   applySound(arguments, scene);
   applyListeners(arguments, scene);
-  return renderInto(arguments, scene, replay);
+  return renderInto(arguments, target, scene, replay);
 }
 
 int replay(Arguments& arguments) {
-  if (const Status valid = checkOutputs(arguments, "recording"); !valid)
-    return fail(kBadInput, valid.error().message);
+  const Result<OutputTarget> target = soundTarget(arguments, "recording");
+  if (!target) return fail(kBadInput, target.error().message);
   if (isRunFile(arguments.scene)) {
     Result<RecordedRun> run = openRun(arguments.scene, arguments.confine);
     if (!run) return fail(kBadInput, run.error().message);
-    return replayScene(arguments, run->scene, [&run](double) { return runStepper(run->reader); });
+    return replayScene(arguments, *target, run->scene,
+                       [&run](double) { return runStepper(run->reader); });
   }
   Result<RecordedScene> recorded = loadRecordedScene(arguments.scene, arguments.confine);
   if (!recorded) return fail(kBadInput, recorded.error().message);
-  return replayScene(arguments, recorded->scene, replayOf(recorded->recording, recorded->scene));
+  return replayScene(arguments, *target, recorded->scene,
+                     replayOf(recorded->recording, recorded->scene));
 }
 
 int infoOfRun(const Arguments& arguments) {
@@ -352,7 +396,7 @@ int infoOfRun(const Arguments& arguments) {
     std::ostringstream text;
     text << arguments.scene << ": a run of " << header.duration << " s on the " << header.stepper
          << " stepper, " << bytes << " bytes\n";
-    return answer(text.str() + infoText(run->scene));
+    return answer(text.str() + infoText(run->scene, detail()));
   }
   nlohmann::ordered_json object = withWarnings(infoJson(run->scene), warnings);
   object["recording"] = {{"file", arguments.scene},
@@ -369,7 +413,7 @@ int infoOfRecording(const Arguments& arguments) {
   Warnings warnings;
   warnings.add(sceneWarnings(recorded->scene));
   if (!arguments.json)
-    return answer(recordText(recorded->recording, report) + infoText(recorded->scene));
+    return answer(recordText(recorded->recording, report) + infoText(recorded->scene, detail()));
   nlohmann::ordered_json object = withWarnings(infoJson(recorded->scene), warnings);
   object["recording"] = recordJson(recorded->recording, report);
   return answer(jsonText(object));
@@ -383,7 +427,7 @@ int info(const Arguments& arguments) {
   Warnings warnings;
   warnings.add(sceneWarnings(*scene));
   const RunEstimate estimate = estimateRun(*scene);
-  if (!arguments.json) return answer(infoText(*scene) + estimateText(estimate));
+  if (!arguments.json) return answer(infoText(*scene, detail()) + estimateText(estimate));
   nlohmann::ordered_json object = infoJson(*scene);
   object["estimate"] = estimateJson(estimate);
   return answer(jsonText(withWarnings(object, warnings)));
@@ -419,7 +463,7 @@ CLI::Validator stepRange() {
     }
     return text + " is not a step; expected a number from 1e-5 to 0.1 (seconds)";
   };
-  return {check, "SECONDS"};
+  return {check, "SECONDS", "a number of seconds from 1e-5 to 0.1"};
 }
 
 CLI::Validator onePulse() {
@@ -430,7 +474,11 @@ CLI::Validator onePulse() {
 }
 
 void addScene(CLI::App& command, Arguments& arguments) {
-  command.add_option("SCENE", arguments.scene, "scene file (JSON, docs/scenes.md)")->required();
+  command
+      .add_option("SCENE", arguments.scene,
+                  "a file (JSON, docs/scenes.md), or a scene of the library by its name")
+      ->required()
+      ->transform(sceneName());
   command.add_flag("--json", arguments.json, "print one JSON object instead of text");
   addConfine(command, arguments.confine);
 }
@@ -439,19 +487,16 @@ void addScene(CLI::App& command, Arguments& arguments) {
 void addEnd(CLI::App& command, Arguments& arguments) {
   command
       .add_option("--tail", arguments.tail,
-                  "seconds for which the sound may go on after the scene, until it is 60 dB below "
-                  "its peak; what is louder then fades over 50 ms")
+                  "for how long the sound may go on after the scene, until it is 60 dB below its "
+                  "peak; what is louder then fades over 50 ms")
       ->check(numberRange(0, 60, "seconds"))
       ->capture_default_str();
   addLimits(command, arguments.run);
   addKeepPartial(command, arguments.run);
 }
 
-// Adds the options of a WAV file, which are the same for a scene and a recording.
-void addSound(CLI::App& command, Arguments& arguments) {
-  command.add_option("-o,--output", arguments.output, "WAV file to write")
-      ->required()
-      ->check(fileName());
+// Adds the options of the sound itself, in place of what the scene says of it.
+void addChoices(CLI::App& command, Arguments& arguments) {
   command
       .add_option("--pulse", arguments.pulse,
                   "force of a contact over time; default: the scene's choice")
@@ -478,85 +523,119 @@ void addSound(CLI::App& command, Arguments& arguments) {
                   "of bodies that are no spheres: by their shape, or as a sphere of equal dipole; "
                   "default: the scene's choice")
       ->check(oneOf({"shape", "sphere"}));
+}
+
+// Adds the options of a WAV file, which are the same for a scene and a recording; `input` is the
+// word for them.
+void addSound(CLI::App& command, Arguments& arguments, const std::string& input) {
+  command.option_defaults()->group(kOutput);
   command
-      .add_option("--events", arguments.events, "also write every impulse event to this CSV file")
+      .add_option("-o,--output", arguments.output,
+                  "WAV file to write, in place of one that is there; '-' is standard output; "
+                  "default: " +
+                      input + ".wav in the current folder, but only in place of a sound of Carom's")
+      ->type_name("FILE.wav")
       ->check(fileName());
-  command.add_flag("--stems", arguments.stems,
-                   "also write FILE.clicks.wav, FILE.rings.wav and FILE.contacts.wav, whose sum is "
-                   "FILE.wav: recoil from impacts, vibration from impacts, lasting contacts");
   command.add_option("--format", arguments.format, "sample format")
       ->check(oneOf({"float32", "pcm16"}))
       ->capture_default_str();
-  addEnd(command, arguments);
   CLI::Option* normalize = addScale(command, arguments.normalize, arguments.fullScale);
   CLI::Option* limit =
       command
           .add_flag("--limit", arguments.limit,
                     "turn down what exceeds full scale; the default with --format pcm16")
           ->excludes(normalize);
-  command.get_option("--stems")->excludes(normalize);
   command
       .add_flag("--no-limit", arguments.noLimit,
                 "let it stand (float32) or clip it (pcm16); the default with --format float32")
       ->excludes(limit);
+  command
+      .add_option("--events", arguments.events, "also write every impulse event to this CSV file")
+      ->type_name("FILE.csv")
+      ->check(fileName());
+  command
+      .add_flag("--stems", arguments.stems,
+                "also write FILE.clicks.wav, FILE.rings.wav and FILE.contacts.wav, whose sum is "
+                "FILE.wav: recoil from impacts, vibration from impacts, lasting contacts")
+      ->excludes(normalize);
+  addEnd(command, arguments);
+  command.option_defaults()->group(kSound);
+  addChoices(command, arguments);
 }
 
 CLI::App* addRender(CLI::App& app, Arguments& arguments) {
-  CLI::App* command = app.add_subcommand("render", "Render a scene into a WAV file");
+  CLI::App* command = app.add_subcommand(
+      "render",
+      "Render a scene into a WAV file\n"
+      "Runs the scene and computes what its listeners hear: the click of every impact, the ring of "
+      "bodies that have modes, and what slides and rolls. Samples are pressures over the full "
+      "scale, so that files compare in level.");
   addScene(*command, arguments);
-  addSound(*command, arguments);
+  addSound(*command, arguments, "SCENE");
+  command->option_defaults()->group(kMechanics);
   command->add_option("--stepper", arguments.stepper, "mechanics; default: the scene's choice")
       ->check(oneOf({"native", "bullet"}));
-  command->add_option("--step", arguments.step, "Bullet's fixed step in seconds")
+  command->add_option("--step", arguments.step, "Bullet's fixed step; default: the scene's choice")
       ->check(stepRange());
   command->footer(
       "Examples:\n"
+      "  carom render marbles_in_a_box\n"
       "  carom render scenes/library/marbles_in_a_box.json -o marbles.wav\n"
-      "  carom render scenes/library/two_balls.json -o balls.wav --stepper bullet --step 0.004\n"
-      "  carom render scenes/library/bouncing_ball.json -o ball.wav --events ball.csv --json\n"
-      "  carom render scenes/library/two_balls.json -o balls.wav --limit --full-scale 110dB\n"
-      "  carom render scenes/library/two_balls.json -o balls.wav --pulse course_gaussian "
-      "--sampling "
-      "naive");
+      "  carom render two_balls -o balls.wav --stepper bullet --step 0.004\n"
+      "  carom render bouncing_ball -o ball.wav --events ball.csv --json\n"
+      "  carom render two_balls -o balls.wav --limit --full-scale 110dB\n"
+      "  carom render two_balls -o balls.wav --pulse course_gaussian --sampling naive");
   return command;
 }
 
 CLI::App* addInfo(CLI::App& app, Arguments& arguments) {
-  CLI::App* command =
-      app.add_subcommand("info", "Say what is in a scene, and which stages it needs");
+  CLI::App* command = app.add_subcommand(
+      "info",
+      "Say what is in a scene, and which stages it needs\n"
+      "Reads a scene, or a file of 'carom record', and tells of its bodies, its listeners, and how "
+      "long a run will take. With -v it also says which stages are left out, and why.");
   addScene(*command, arguments);
-  command->footer("Example:\n  carom info scenes/library/newtons_cradle.json");
+  command->footer("Example:\n  carom info newtons_cradle");
   return command;
 }
 
 CLI::App* addCompare(CLI::App& app, Arguments& arguments) {
   CLI::App* command = app.add_subcommand(
-      "compare", "Run a scene natively and on Bullet, and measure the difference");
+      "compare",
+      "Run a scene natively and on Bullet, and measure the difference\n"
+      "The collisions that the bridge finds in Bullet's world are held against the exact ones of "
+      "the path that Bullet took, and against those of the native stepper.");
   addScene(*command, arguments);
   command
       ->add_option("--step", arguments.steps,
-                   "a Bullet step in seconds; may be repeated; default: 1/60, 1/240 and 1/1000")
+                   "a step of Bullet; may be repeated; default: 1/60, 1/240 and 1/1000")
       ->check(stepRange())
       ->allow_extra_args(false);
   addLimits(*command, arguments.run);
   command->footer(
       "Examples:\n"
-      "  carom compare scenes/library/two_balls.json --step 0.016667 --json\n"
-      "  carom compare scenes/library/billiard_break.json --step 0.01 --step 0.001");
+      "  carom compare two_balls --step 0.016667 --json\n"
+      "  carom compare billiard_break --step 0.01 --step 0.001");
   return command;
 }
 
 CLI::App* addRecord(CLI::App& app, Arguments& arguments) {
-  CLI::App* command = app.add_subcommand("record", "Run a scene, and keep the run in a file");
+  CLI::App* command = app.add_subcommand(
+      "record",
+      "Run a scene, and keep the run in a file\n"
+      "The file holds the motion and its events: 'carom replay' makes sound of it for other "
+      "listeners without stepping again, 'carom view' and 'carom video' show it.");
   addScene(*command, arguments);
-  command->add_option("-o,--output", arguments.output, "recording to write")
+  command->add_option("-o,--output", arguments.output, "recording to write; '-' is standard output")
       ->required()
+      ->type_name("FILE.carom")
       ->check(fileName());
   command->add_option("--stepper", arguments.stepper, "mechanics; default: the scene's choice")
       ->check(oneOf({"native", "bullet"}));
   addLimits(*command, arguments.run);
   command->footer(
-      "Example:\n  carom record scenes/library/marbles_in_a_box.json -o marbles.carom\n"
+      "Examples:\n"
+      "  carom record marbles_in_a_box -o marbles.carom\n"
       "  carom replay marbles.carom -o marbles.wav");
   return command;
 }
@@ -567,20 +646,25 @@ CLI::Validator timeRange() {
     if (CLI::detail::lexical_cast(text, time) && time >= 0.0 && std::isfinite(time)) return {};
     return "'" + text + "' is no time; expected a number of seconds from 0 on";
   };
-  return {check, "SECONDS"};
+  return {check, "SECONDS", "a number of seconds from 0 on"};
 }
 
 CLI::App* addReplay(CLI::App& app, Arguments& arguments) {
-  CLI::App* command =
-      app.add_subcommand("replay", "Render a recorded run into a WAV file, without stepping again");
-  command->add_option("FILE", arguments.scene, "file that 'carom record' wrote")->required();
+  CLI::App* command = app.add_subcommand(
+      "replay",
+      "Render a recorded run into a WAV file, without stepping again\n"
+      "Gives the samples of 'carom render', or those that other listeners hear, or a part of them. "
+      "Runs that a host has recorded are replayed likewise.");
+  command->add_option("FILE", arguments.scene, "file that 'carom record' wrote, or a host")
+      ->required()
+      ->type_name("FILE.carom");
   command->add_flag("--json", arguments.json, "print one JSON object instead of text");
   addConfine(*command, arguments.confine);
-  addSound(*command, arguments);
+  addSound(*command, arguments, "FILE");
+  command->option_defaults()->group("Part");
   command
       ->add_option("--listener", arguments.listeners,
-                   "a microphone at x,y,z in metres, instead of the scene's listeners; may be "
-                   "repeated")
+                   "a microphone, instead of the scene's listeners; may be repeated")
       ->check(positionRange())
       ->allow_extra_args(false);
   command->add_option("--from", arguments.span.from, "begin here; default: 0")->check(timeRange());
@@ -593,65 +677,133 @@ CLI::App* addReplay(CLI::App& app, Arguments& arguments) {
   return command;
 }
 
-// Returns the answer to a wrong command line.
-std::string usageError(const CLI::App* app, const CLI::Error& error) {
-  const auto commands =
-      app->get_subcommands([](const CLI::App* command) { return command->parsed(); });
-  std::string command = "carom";
-  if (!commands.empty()) command += " " + commands.front()->get_name();
-  return command + ": " + error.what() + "\n" + command + " --help shows what is expected\n";
+// Puts the commands under headings, in the order in which they were added.
+void groupCommands(CLI::App& app) {
+  const std::vector<std::pair<const char*, std::vector<const char*>>> groups = {
+      {"Hear scenes and runs", {"render", "record", "replay", "jello"}},
+      {"See them", {"view", "video"}},
+      {"Look things up", {"scenes", "materials", "info", "events"}},
+      {"Let bodies ring", {"modes", "strike", "fit"}},
+      {"Use your own program", {"listen"}},
+      {"Measure", {"compare", "report", "stability"}},
+      {"Make many", {"batch"}},
+      {"Get help", {"help", "completion"}}};
+  for (const auto& [heading, names] : groups)
+    for (const char* name : names)
+      app.get_subcommand(name)->group(heading);
+}
+
+// Says what is of the program as a whole. Commands would inherit it if they were added later.
+void addNotes(CLI::App& app) {
+  app.footer(
+      "Examples:\n"
+      "  carom scenes\n"
+      "  carom render marbles_in_a_box\n"
+      "  carom events marbles_in_a_box --loudest 3\n"
+      "Exit codes:\n"
+      "  0  done\n"
+      "  1  failed: a file cannot be written, the disk is full, a case of 'carom stability'\n"
+      "  2  bad input: an option, or a scene, recording, mesh or model that is refused\n"
+      "  3  ended by a limit: memory, time, events, or an endless rattle\n"
+      "  129, 130, 143  ended by a signal\n"
+      "Environment:\n"
+      "  NO_COLOR  if it is not empty, text has no colour\n"
+      "  CLICOLOR_FORCE  if it is not 0, text has colour without a terminal, too\n"
+      "  XDG_CACHE_HOME  where models of bodies are kept, below carom; default: ~/.cache\n"
+      "  TMPDIR  where a file that goes to standard output is made");
+}
+
+// Adds what every command has.
+void addCommon(CLI::App& command, TalkFlags& flags) {
+  addTalk(command, flags);
+  for (CLI::App* below : command.get_subcommands([](CLI::App*) { return true; }))
+    addCommon(*below, flags);
+}
+
+void applyTalk(CLI::App& command, const TalkFlags& flags) {
+  if (flags.isQuiet) talk().verbosity = Verbosity::quiet;
+  if (flags.isVerbose) talk().verbosity = Verbosity::verbose;
+  const CLI::Option* const json = command.get_option_no_throw("--json");
+  talk().isJson = json != nullptr && json->count() > 0;
+}
+
+// Parses the command line. Returns the exit code if that was all there is to do.
+std::optional<int> parse(CLI::App& app, int argc, char** argv) {
+  try {
+    app.parse(argc, argv);
+    return std::nullopt;
+  } catch (const CLI::CallForHelp&) {
+    const CommandHelp help = helpOf(app);
+    return answer(helpText(*findCommand(help, wordsOf(parsedCommand(app))), textWidth()));
+  } catch (const CLI::CallForVersion&) {
+    return answer(std::string(CAROM_VERSION) + '\n');
+  } catch (const CLI::FileError& error) {
+    if (parsedCommand(app).remaining().empty()) return fail(kBadInput, error.what());
+    std::cerr << usageErrorText(app, error);  // what was taken for a file is the value of no option
+    return kBadInput;
+  } catch (const CLI::ParseError& error) {
+    std::cerr << usageErrorText(app, error);
+    return kBadInput;
+  }
 }
 
 int run(int argc, char** argv) {
   const std::vector<std::string> program = takeProgram(argc, argv);
-  CLI::App app("Carom: physically based contact sound");
+  CLI::App app(
+      "Carom makes physics audible: every collision, slide and roll, from mass, material and "
+      "shape.");
   app.name("carom");
-  app.set_version_flag("--version", CAROM_VERSION);
-  app.require_subcommand(0, 1);  // 0, so that a wrong word is named; no command is an error below
-  app.failure_message(usageError);
-  app.footer("carom COMMAND --help shows the options of a command, with examples.");
+  app.set_help_flag("-h,--help", "say this");
+  app.set_version_flag("--version", CAROM_VERSION, "say the version");
+  app.require_subcommand(0, 1);
   Arguments arguments;
+  TalkFlags flags;
   const CLI::App* renderCommand = addRender(app, arguments);
-  const CLI::App* infoCommand = addInfo(app, arguments);
-  const CLI::App* compareCommand = addCompare(app, arguments);
-  const ReportCommand report(app);
   const CLI::App* recordCommand = addRecord(app, arguments);
   const CLI::App* replayCommand = addReplay(app, arguments);
-  const BatchCommand batch(app);
+  const JelloCommand jello(app);
+  const ViewCommand view(app);
+  const VideoCommand video(app);
+  const ScenesCommand scenes(app);
+  const MaterialsCommand materials(app);
+  const CLI::App* infoCommand = addInfo(app, arguments);
+  const EventsCommand events(app);
   const ModesCommand modes(app);
   const StrikeCommand strike(app);
   const FitCommand fit(app);
-  const JelloCommand jello(app);
-  const StabilityCommand stability(app);
   const ListenCommand listen(app, program);
-  const ViewCommand view(app);
-  const VideoCommand video(app);
-  app.allow_extras();  // after the commands, which do not inherit it then
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kDone : kBadInput;
-  }
-  if (app.remaining_size() > 0) {
-    return fail(kBadInput, "unknown command '" + app.remaining().front() + "'; expected " +
-                               kCommands + " (carom --help)");
-  }
+  const CLI::App* compareCommand = addCompare(app, arguments);
+  const ReportCommand report(app);
+  const StabilityCommand stability(app);
+  const BatchCommand batch(app);
+  const HelpCommand help(app);
+  const CompletionCommand completion(app);
+  addNotes(app);
+  groupCommands(app);
+  addCommon(app, flags);
+  if (const std::optional<int> done = parse(app, argc, argv)) return *done;
+  applyTalk(parsedCommand(app), flags);
   if (renderCommand->parsed()) return render(arguments);
-  if (infoCommand->parsed()) return info(arguments);
-  if (compareCommand->parsed()) return compare(arguments);
-  if (report.parsed()) return report.run();
   if (recordCommand->parsed()) return record(arguments);
   if (replayCommand->parsed()) return replay(arguments);
-  if (batch.parsed()) return batch.run();
+  if (jello.parsed()) return jello.run();
+  if (view.parsed()) return view.run();
+  if (video.parsed()) return video.run();
+  if (scenes.parsed()) return scenes.run();
+  if (materials.parsed()) return materials.run();
+  if (infoCommand->parsed()) return info(arguments);
+  if (events.parsed()) return events.run();
   if (modes.parsed()) return modes.run();
   if (strike.parsed()) return strike.run();
   if (fit.parsed()) return fit.run();
-  if (jello.parsed()) return jello.run();
-  if (stability.parsed()) return stability.run();
   if (listen.parsed()) return listen.run();
-  if (view.parsed()) return view.run();
-  if (video.parsed()) return video.run();
-  return fail(kBadInput, std::string("no command; expected ") + kCommands + " (carom --help)");
+  if (compareCommand->parsed()) return compare(arguments);
+  if (report.parsed()) return report.run();
+  if (stability.parsed()) return stability.run();
+  if (batch.parsed()) return batch.run();
+  if (help.parsed()) return help.run();
+  if (completion.parsed()) return completion.run();
+  return answer(overviewText(helpOf(app), textWidth()));
 }
 
 }  // namespace
@@ -668,7 +820,6 @@ int main(int argc, char** argv) {
                                 "smaller input, or more (--max-memory, by default half of the "
                                 "machine's)");
   } catch (const std::exception& error) {
-    std::cerr << "carom: " << error.what() << '\n';
+    return carom::command::fail(carom::command::kFailed, error.what());
   }
-  return 1;
 }

@@ -169,7 +169,7 @@ class Grid {
     addPulse(PulseShape::halfSine, "pulse: half a sine");
     addPulse(PulseShape::gaussian, "pulse: a Gaussian of the same impulse");
     addPulse(PulseShape::mitchellNetravali, "pulse: Mitchell and Netravali's");
-    addPulse(PulseShape::courseGaussian, "pulse: the hand-out's Gaussian");
+    addPulse(PulseShape::courseGaussian, "pulse: the course Gaussian");
     ReportChoice naive = variant(VariantGroup::sound, "naive", "naive sampling");
     naive.sampling = Sampling::naive;
     add(naive);
@@ -183,7 +183,7 @@ class Grid {
     clear.air = false;
     add(clear);
     ReportChoice courseGaussian =
-        variant(VariantGroup::sound, "course_gaussian", "all of the hand-out's sound");
+        variant(VariantGroup::sound, "course_gaussian", "all simplifications of the sound");
     asInTheHandOut(courseGaussian);
     add(courseGaussian);
   }
@@ -225,7 +225,7 @@ class Grid {
     add(game);
     ReportChoice plain = variant(VariantGroup::presets, "plain", "");
     plain.label = "without a bridge: Bullet at 1/" + std::to_string(kGameRate) +
-                  " s, its times and impulses, the hand-out's sound";
+                  " s, its times and impulses, simplified sound";
     plain.stepper = bullet(scene_, kGameRate, !onNative_);
     plain.eventTime = EventTime::step;
     plain.impulse = ImpulseChoice::applied;

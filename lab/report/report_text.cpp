@@ -44,11 +44,14 @@ Json errors(const ErrorSummary& summary, double scale) {
   return {{"rms", summary.rms * scale}, {"max", summary.max * scale}};
 }
 
-std::string planText(const Plan& plan) {
+std::string planText(const Plan& plan, Detail detail) {
   std::string text = "needs     ";
   for (std::size_t i = 0; i < plan.needed.size(); ++i)
     text += (i > 0 ? ", " : "") + plan.needed[i];
   text += '\n';
+  if (detail == Detail::brief)
+    return text + "left out  " + std::to_string(plan.leftOut.size()) +
+           " stages; -v says which, and why\n";
   const char* label = "left out  ";
   for (const LeftOut& entry : plan.leftOut) {
     text += label + entry.stage + ": " + entry.why + '\n';
@@ -340,7 +343,7 @@ nlohmann::ordered_json planJson(const Plan& plan) {
   return {{"needed", plan.needed}, {"left_out", leftOut}};
 }
 
-std::string infoText(const Scene& scene) {
+std::string infoText(const Scene& scene, Detail detail) {
   const Contents contents = contentsOf(scene);
   std::string text = scene.name + "\n" + wrapped(scene.description);
   text += format("lasts     %g s at %g Hz, gravity (%g %g %g) m/s^2\n", scene.duration,
@@ -357,11 +360,11 @@ std::string infoText(const Scene& scene) {
   const std::vector<ListenerChannels> channels = listenerChannels(scene);
   for (std::size_t index = 0; index < channels.size(); ++index)
     text += listenerText(scene.listeners[index], channels[index]);
-  if (contents.given > 0) return text + planText(makePlan(scene));
+  if (contents.given > 0) return text + planText(makePlan(scene), detail);
   text += std::string("stepper   ") + stepperName(scene.stepper.type);
   if (scene.stepper.type == StepperType::bullet)
     text += format(", step %.4g s%s", scene.stepper.step, scene.stepper.tuned ? ", tuned" : "");
-  return text + '\n' + planText(makePlan(scene));
+  return text + '\n' + planText(makePlan(scene), detail);
 }
 
 Json infoJson(const Scene& scene) {
@@ -407,15 +410,12 @@ Json infoJson(const Scene& scene) {
           {"plan", planJson(makePlan(scene))}};
 }
 
-std::string renderText(const RenderReport& report) {
-  const SynthCounters& synth = report.synth;
-  std::string text = report.file.string();  // may be longer than the buffer of format()
-  text += format(": %.4g s, %s at %g Hz\n", report.duration,
-                 counted(report.channels, "channel").c_str(), report.sampleRate);
-  text +=
-      format("events    %llu, two for each of ", static_cast<unsigned long long>(report.events)) +
-      counted(report.events / 2, "collision") + '\n';
-  text += format("clicks    %llu", static_cast<unsigned long long>(synth.events - synth.inaudible));
+namespace {
+
+// Counts what was heard: "clicks    28; 28 events are of planes and blocks, which cannot move".
+std::string soundsText(const SynthCounters& synth) {
+  std::string text =
+      format("clicks    %llu", static_cast<unsigned long long>(synth.events - synth.inaudible));
   if (synth.immovable > 0)
     text += format("; %llu events are of planes and blocks, which cannot move",
                    static_cast<unsigned long long>(synth.immovable));
@@ -424,15 +424,30 @@ std::string renderText(const RenderReport& report) {
     text += format("rings     %llu\n", static_cast<unsigned long long>(synth.rings));
   if (synth.slides > 0)
     text += format("slides    %llu steps\n", static_cast<unsigned long long>(synth.slides));
-  text += channelsText(report.listeners) + roomText(report.images, report.reverb);
+  return text;
+}
+
+}  // namespace
+
+std::string renderText(const RenderReport& report, Detail detail) {
+  const bool isWhole = detail == Detail::whole;
+  std::string text = report.file.string();  // may be longer than the buffer of format()
+  text += format(": %.4g s, %s at %g Hz\n", report.duration,
+                 counted(report.channels, "channel").c_str(), report.sampleRate);
+  text +=
+      format("events    %llu, two for each of ", static_cast<unsigned long long>(report.events)) +
+      counted(report.events / 2, "collision") + '\n';
+  if (isWhole) text += soundsText(report.synth);
+  text += channelsText(report.listeners);
+  if (isWhole) text += roomText(report.images, report.reverb);
   text += peakText(report);
-  if (synth.undersampled > 0) {
-    text += "aliased   " + counted(synth.undersampled, "click") +
+  if (report.synth.undersampled > 0) {
+    text += "aliased   " + counted(report.synth.undersampled, "click") +
             " shorter than 4 samples, of uncertain level; sampling band_limited holds them\n";
   }
   text += format("took      %.3g s, %.*f times faster than real time\n", report.wallTime,
                  report.realtimeFactor() < 100.0 ? 1 : 0, report.realtimeFactor());
-  return text + planText(report.plan);
+  return isWhole ? text + planText(report.plan, detail) : text;
 }
 
 Json energyJson(const ContactEnergy& energy) {

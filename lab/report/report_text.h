@@ -30,13 +30,16 @@ nlohmann::ordered_json endedJson(const std::optional<EndedEarly>& ended);
 
 nlohmann::ordered_json planJson(const Plan& plan);
 
-std::string infoText(const Scene& scene);
+/// How much a text says: what matters to most, or all, down to what was left out and why.
+enum class Detail { brief, whole };
+
+std::string infoText(const Scene& scene, Detail detail);
 nlohmann::ordered_json infoJson(const Scene& scene);
 
 std::string estimateText(const RunEstimate& estimate);
 nlohmann::ordered_json estimateJson(const RunEstimate& estimate);
 
-std::string renderText(const RenderReport& report);
+std::string renderText(const RenderReport& report, Detail detail);
 nlohmann::ordered_json renderJson(const RenderReport& report);
 
 /// A recording's file, as it was written or read.

@@ -216,7 +216,8 @@ ExteriorSolver::Influence ExteriorSolver::influenceNear(double waveNumber, std::
       const double distance = (node - point).norm();
       const Remainder rest = remainderAt(waveNumber, distance);
       result.layer += share * rest.value;
-      if (!isOwn(equation, panel)) result.dipoles += share * height / distance * rest.slope;
+      if (!isOwn(equation, panel) && distance > 0.0)
+        result.dipoles += share * height / distance * rest.slope;
     }
   }
   return result;

@@ -1,5 +1,6 @@
 #include "carom/audio/panel_radiator.h"
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -10,6 +11,7 @@
 #include <Eigen/Eigenvalues>
 #include <gtest/gtest.h>
 
+#include "audio/radiation/panel_mesh.h"
 #include "audio/radiation/source_panel.h"
 #include "tests/audio/meshes.h"
 #include "tests/support/constants.h"
@@ -363,6 +365,46 @@ TEST(SourcePanel, ViewIsTheField) {
   }
   EXPECT_NEAR(panel.viewFrom(panel.centroid(), true).potential, panel.fieldAtCentroid().potential,
               1e-14);
+}
+
+TEST(SourcePanel, HasAFieldOnItsOwnEdges) {
+  const std::array<Vec3, 3> corners = {Vec3(0.1, 0, 0.2), Vec3(1.3, 0.2, 0), Vec3(0.3, 0.9, 0.4)};
+  const SourcePanel panel(corners);
+  for (std::size_t edge = 0; edge < 3; ++edge) {
+    for (const double share : {0.0, 0.3, 0.5, 0.7}) {
+      const Vec3 point = corners[edge] + share * (corners[(edge + 1) % 3] - corners[edge]);
+      const SourceField field = panel.fieldAt(point);
+      const SourceField beside = panel.fieldAt(point + 1e-9 * panel.normal());
+      EXPECT_NEAR(field.potential, beside.potential, 1e-7);
+      EXPECT_NEAR(field.distance, beside.distance, 1e-7);
+      EXPECT_TRUE(field.gradient.allFinite());
+      EXPECT_NEAR(panel.viewFrom(point, false).potential, beside.potential, 1e-7);
+    }
+  }
+}
+
+// ---- Meshes with fewer triangles
+
+SurfaceMesh splitBox(const Vec3& half, int splits) {
+  SurfaceMesh mesh = boxMesh(half);
+  for (int split = 0; split < splits; ++split)
+    mesh = splitMesh(mesh);
+  return mesh;
+}
+
+TEST(ClusteredSurface, KeepsABodyWithFlatSidesHoweverThinItIs) {
+  for (const Vec3& half : {Vec3(0.3, 0.005, 0.005), Vec3(0.062, 0.005, 0.15),
+                           Vec3(0.5, 0.002, 0.01), Vec3(0.1, 0.1, 0.0005)}) {
+    const SurfaceMesh fine = splitBox(half, 4);
+    for (const std::size_t most : {100, 300, 450, 800}) {
+      const SurfaceMesh coarse = clusteredSurface(fine, most);
+      EXPECT_LE(coarse.triangles.size(), most);
+      EXPECT_GE(coarse.triangles.size(), most / 3) << half.transpose();
+      EXPECT_NEAR(signedVolume(coarse) / signedVolume(fine), 1.0, 1e-9) << half.transpose();
+      EXPECT_NEAR(surfaceArea(coarse) / surfaceArea(fine), 1.0, 1e-9) << half.transpose();
+      EXPECT_TRUE(cleanSurface(coarse)) << half.transpose();
+    }
+  }
 }
 
 // ---- Input meshes

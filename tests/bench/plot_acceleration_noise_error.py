@@ -1,9 +1,9 @@
 #!/usr/bin/python3
 """Draws the table of bench_acceleration_noise_error. The table and the figure in docs are made by
 
-  ./bench acceleration_noise_error -- --csv build/acceleration_noise_error.csv
+  ./bench acceleration_noise_error -- --csv docs/figures/data/acceleration_noise_error.csv
   /usr/bin/python3 tests/bench/plot_acceleration_noise_error.py \\
-      build/acceleration_noise_error.csv docs/figures/acceleration_noise_error.png
+      docs/figures/data/acceleration_noise_error.csv docs/figures/acceleration_noise_error.png
 
 in the repository's root. Needs matplotlib (Debian: apt-get install python3-matplotlib). The ending
 of the second file decides its format: .png, .svg or .pdf.
@@ -11,31 +11,27 @@ of the second file decides its format: .png, .svg or .pdf.
 
 import argparse
 import csv
-import pathlib
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
-from matplotlib.lines import Line2D
-from matplotlib.ticker import FixedFormatter, FixedLocator, NullLocator
+import plot_style as style
+from plot_style import plt
 
 BAR = -80.0  # dB
-FLOOR = -160.0  # dB: what is lower is drawn here
-CEILING = 85.0  # dB
+FLOOR, CEILING = -150.0, 85.0  # dB, of the picture
 RATE = 48000.0  # Hz
 
-# Okabe and Ito's palette, which the colour-blind tell apart.
-PULSES = {
-    "hertz": ("Hertz", "#000000", "o"),
-    "half_sine": ("half-sine", "#E69F00", "s"),
-    "gaussian": ("Gaussian", "#0072B2", "^"),
-    "mitchell_netravali": ("Mitchell-Netravali", "#009E73", "D"),
-    "course_gaussian": ("hand-out's Gaussian", "#D55E00", "v"),
-    "dissipative_hertz": ("dissipative Hertz, e = 0.5", "#CC79A7", "P"),
+PULSES = {  # name and colour
+    "hertz": ("Hertz", style.BLACK),
+    "half_sine": ("half a sine", style.YELLOW),
+    "gaussian": ("Gaussian", style.BLUE),
+    "mitchell_netravali": ("Mitchell and Netravali", style.GREEN),
+    "course_gaussian": ("course Gaussian", style.ORANGE),
+    "dissipative_hertz": ("dissipative Hertz, restitution 0.5", style.PURPLE),
 }
-RADIATIONS = {"exact": "-", "compact": "--"}
 DURATIONS = {1e-6: "1 µs", 1e-5: "10 µs", 1e-4: "100 µs", 1e-3: "1 ms", 1e-2: "10 ms", 0.1: "100 ms"}
+OFFSETS = {  # where durations stand beside the points of a sampling, of shorter and of longer contacts
+    ("band_limited", True): ((4, -13), "center"), ("band_limited", False): ((0, 7), "center"),
+    ("naive", True): ((8, -1), "left"), ("naive", False): ((-8, -3), "right"),
+}
 COSTS = {1e2: "0.1", 1e3: "1", 1e4: "10", 1e5: "100", 1e6: "1000"}
 
 
@@ -45,7 +41,6 @@ def read(path):
     for row in rows:
         for name in ("sample_rate_hz", "duration_s", "worst_error_db", "cost_ns"):
             row[name] = float(row[name])
-        row["shown_db"] = max(row["worst_error_db"], FLOOR)
     return [row for row in rows if row["sample_rate_hz"] == RATE]
 
 
@@ -54,111 +49,70 @@ def series(rows, **wanted):
     return sorted(found, key=lambda row: row["duration_s"])
 
 
-def draw_line(axes, x, rows, pulse, style, is_filled):
-    _, colour, marker = PULSES[pulse]
-    axes.plot(
-        [row[x] for row in rows],
-        [row["shown_db"] for row in rows],
-        linestyle=style,
-        color=colour,
-        marker=marker,
-        markerfacecolor=colour if is_filled else "white",
-        markersize=4.5,
-        linewidth=1.2,
-        clip_on=False,
-    )
-
-
-def draw_durations(axes, rows, sampling, title):
-    for pulse in PULSES:
-        for radiation, style in RADIATIONS.items():
-            found = series(rows, pulse=pulse, sampling=sampling, radiation=radiation)
-            draw_line(axes, "duration_s", found, pulse, style, radiation == "exact")
-    axes.set_title(title, fontsize=11)
-    axes.set_xlabel("contact duration")
-    set_scale(axes, DURATIONS, 0.7e-6, 0.15)
-    sample = 1.0 / RATE
-    axes.axvline(sample, color="0.6", linewidth=0.8, zorder=0)
+def draw_durations(axes, rows, radiation, title):
+    """All band-limited pulses as one band from the best to the worst; each naive one by itself."""
+    limited = [series(rows, pulse=pulse, sampling="band_limited", radiation=radiation) for pulse in PULSES]
+    durations = [row["duration_s"] for row in limited[0]]
+    errors = [[row["worst_error_db"] for row in rows] for rows in limited]
+    worst, best = [max(some) for some in zip(*errors)], [min(some) for some in zip(*errors)]
+    axes.fill_between(durations, best, worst, color=style.SKY, alpha=0.55, linewidth=0)
+    axes.plot(durations, worst, color=style.BLUE, linewidth=1.2)
+    axes.text(1e-6, -113, "band-limited, all six", color=style.BLUE, fontsize=9.5, va="center")
+    for pulse, (name, colour) in PULSES.items():
+        found = series(rows, pulse=pulse, sampling="naive", radiation=radiation)
+        axes.plot([row["duration_s"] for row in found], [row["worst_error_db"] for row in found], color=colour, marker="o", markersize=4,
+                  linewidth=1.4, label=name)
+    axes.set_title(title)
+    axes.set_xlabel("duration of the contact")
+    set_scale(axes, DURATIONS, 0.8e-6, 0.125)
+    axes.axvline(1.0 / RATE, color="0.6", linewidth=0.8, zorder=0)
+    axes.text(1.1 / RATE, CEILING - 4, "one sample", color="0.4", fontsize=9, va="top")
 
 
 def draw_costs(axes, rows):
-    for pulse in PULSES:
-        for sampling in ("band_limited", "naive"):
-            found = series(rows, pulse=pulse, sampling=sampling, radiation="exact")
-            draw_line(axes, "cost_ns", found, pulse, "", sampling == "band_limited")
-    for sampling, style in (("band_limited", "-"), ("naive", ":")):
+    for sampling, name, colour in (("naive", "naive", style.BLACK), ("band_limited", "band-limited", style.BLUE)):
         found = series(rows, pulse="hertz", sampling=sampling, radiation="exact")
-        draw_line(axes, "cost_ns", found, "hertz", style, sampling == "band_limited")
-    label_durations(axes, rows)
-    axes.set_title("Error against run time, exact radiation", fontsize=11)
-    axes.set_xlabel("CPU time per click, µs")
-    set_scale(axes, COSTS, 2e2, 2e6)
+        curve = [(row["cost_ns"], row["worst_error_db"]) for row in found]
+        axes.plot(*zip(*curve), color=colour, marker="o", markersize=4.5, linewidth=1.4)
+        axes.text(*({"naive": (900, 40), "band_limited": (2500, -110)}[sampling]), name + " sampling", color=colour)
+        for row in found:
+            if row["duration_s"] in DURATIONS and is_apart(sampling, row["duration_s"]):
+                offset, side = OFFSETS[sampling, row["duration_s"] < 5e-3]
+                axes.annotate(DURATIONS[row["duration_s"]], (row["cost_ns"], row["worst_error_db"]), offset, textcoords="offset points", fontsize=9,
+                              color=colour, ha=side)
+    axes.set_title("Error against run time: Hertz, exact radiation")
+    axes.set_xlabel("processor time of a click in microseconds")
+    set_scale(axes, COSTS, 1.5e2, 2e6)
+
+
+def is_apart(sampling, duration):
+    """Short contacts cost the same, so that band-limited ones, which are as exact, lie upon each other."""
+    return duration < 0.05 if sampling == "naive" else duration > 5e-4
 
 
 def set_scale(axes, ticks, low, high):
     axes.set_xscale("log")
     axes.set_xlim(low, high)
-    axes.xaxis.set_major_locator(FixedLocator(list(ticks)))
-    axes.xaxis.set_major_formatter(FixedFormatter(list(ticks.values())))
-    axes.xaxis.set_minor_locator(NullLocator())
-    axes.axhline(BAR, color="0.35", linewidth=1.6, zorder=1)
-    axes.grid(color="0.9", linewidth=0.6)
-    axes.set_axisbelow(True)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
-
-
-def label_durations(axes, rows):
-    for row in series(rows, pulse="hertz", sampling="band_limited", radiation="exact"):
-        if row["duration_s"] > 0.5e-3:
-            name = DURATIONS[row["duration_s"]]
-            place = (row["cost_ns"], row["shown_db"])
-            axes.annotate(name, place, (0, 7), textcoords="offset points", fontsize=8.5)
-    for row in series(rows, pulse="hertz", sampling="naive", radiation="exact"):
-        if row["duration_s"] in (1e-6, 1e-5, 1e-4, 1e-3):
-            name = DURATIONS[row["duration_s"]]
-            place = (row["cost_ns"], row["shown_db"])
-            axes.annotate(name, place, (9, 0), textcoords="offset points", fontsize=8.5, va="center")
-
-
-def level_text(level):
-    text = f"{level:.0f}".replace("-", "\N{MINUS SIGN}")
-    return f"\N{LESS-THAN OR EQUAL TO} {text}" if level == FLOOR else text
-
-
-def add_legends(figure):
-    def line(label, colour="0.2", **how):
-        return Line2D([], [], label=label, color=colour, markersize=5, linewidth=1.2, **how)
-
-    pulses = [line(name, colour, marker=marker) for name, colour, marker in PULSES.values()]
-    kinds = [
-        line("exact radiation", linestyle="-", marker="o"),
-        line("compact radiation", linestyle="--", marker="o", markerfacecolor="white"),
-    ]
-    samplings = [
-        line("band-limited", linestyle="-", marker="o"),
-        line("naive", linestyle=":", marker="o", markerfacecolor="white"),
-    ]
-    style = {"loc": "lower center", "frameon": False, "fontsize": 9, "handlelength": 2.6}
-    figure.legend(handles=pulses, ncol=6, bbox_to_anchor=(0.5, 0.052), columnspacing=1.6, **style)
-    figure.legend(handles=kinds, ncol=2, bbox_to_anchor=(0.365, 0.0), **style)
-    figure.legend(handles=samplings, ncol=2, bbox_to_anchor=(0.845, 0.0), **style)
+    style.log_ticks(axes.xaxis, ticks, lambda value: min(ticks.items(), key=lambda tick: abs(tick[0] / value - 1))[1])
+    axes.axhline(BAR, color=style.SOFT, linewidth=1.6, zorder=1)
+    side = 0.01 if ticks is DURATIONS else 0.99
+    axes.text(side, BAR + 2.5, f"wanted: < {style.plain(BAR)} dB", color=style.SOFT, fontsize=9, transform=axes.get_yaxis_transform(),
+              ha="left" if side < 0.5 else "right")
+    style.tidy(axes)
 
 
 def draw(rows):
-    plt.rcParams.update({"font.family": "DejaVu Sans", "font.size": 9.5})
-    figure, (limited, naive, costs) = plt.subplots(1, 3, sharey=True, figsize=(12.5, 5.0))
-    draw_durations(limited, rows, "band_limited", "Band-limited sampling")
-    draw_durations(naive, rows, "naive", "Naive sampling")
+    figure, (exact, compact, costs) = plt.subplots(1, 3, sharey=True, figsize=(13.2, 5.6))
+    draw_durations(exact, rows, "exact", "Exact radiation")
+    draw_durations(compact, rows, "compact", "Compact radiation")
     draw_costs(costs, rows)
-    limited.set_ylim(FLOOR, CEILING)
-    limited.set_ylabel("worst error in the band, dB")
-    limited.yaxis.set_major_locator(FixedLocator([FLOOR, -120, BAR, -40, 0, 40, 80]))
-    limited.yaxis.set_major_formatter(lambda level, _: level_text(level))
-    limited.text(0.8e-6, BAR + 3, "bar, \N{MINUS SIGN}80 dB", color="0.25", fontsize=9)
-    limited.text(1.1 / RATE, CEILING - 8, "one sample", color="0.4", fontsize=9)
-    figure.subplots_adjust(left=0.073, right=0.985, top=0.93, bottom=0.235, wspace=0.08)
-    add_legends(figure)
+    exact.set_ylim(FLOOR, CEILING)
+    exact.set_ylabel("worst error in the band in dB")
+    exact.set_yticks([-120, BAR, -40, 0, 40, 80], [style.plain(level) for level in (-120, BAR, -40, 0, 40, 80)])
+    figure.subplots_adjust(left=0.065, right=0.985, top=0.93, bottom=0.2, wspace=0.12)
+    handles, names = exact.get_legend_handles_labels()
+    figure.text(0.065, 0.035, "naive sampling of", fontsize=10.5)
+    figure.legend(handles, names, ncol=6, loc="lower left", bbox_to_anchor=(0.17, 0.015), fontsize=10, columnspacing=1.4, handlelength=1.8)
     return figure
 
 
@@ -169,8 +123,7 @@ def main():
     parser.add_argument("csv", help="what bench_acceleration_noise_error --csv wrote")
     parser.add_argument("figure", help="the file to be written")
     arguments = parser.parse_args()
-    pathlib.Path(arguments.figure).parent.mkdir(parents=True, exist_ok=True)
-    draw(read(arguments.csv)).savefig(arguments.figure, dpi=100)
+    style.save(draw(read(arguments.csv)), arguments.figure)
 
 
 if __name__ == "__main__":

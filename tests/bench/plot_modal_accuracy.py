@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 """Draws the table of bench_modal_accuracy. The table and the figure in docs are made by
 
-  ./bench modal_accuracy -- --csv build/modal_accuracy.csv
-  /usr/bin/python3 tests/bench/plot_modal_accuracy.py build/modal_accuracy.csv docs/figures/modal_accuracy.png
+  ./bench modal_accuracy -- --csv docs/figures/data/modal_accuracy.csv
+  /usr/bin/python3 tests/bench/plot_modal_accuracy.py docs/figures/data/modal_accuracy.csv docs/figures/modal_accuracy.png
 
 in the repository's root. Needs matplotlib (Debian: apt-get install python3-matplotlib). The ending
 of the second file decides its format: .png, .svg or .pdf.
@@ -10,21 +10,17 @@ of the second file decides its format: .png, .svg or .pdf.
 
 import argparse
 import csv
-import pathlib
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
+import plot_style as style
+from plot_style import plt
 
 BAR = 1.0  # %
 
-# Okabe and Ito's palette, which the colour-blind tell apart; where the numbers stand.
 BODIES = {
-    "beam": ("beam, Timoshenko", "#0072B2", "o", (-6, -10), "right"),
-    "plate": ("plate, Leissa", "#D55E00", "s", (-6, -10), "right"),
-    "sphere": ("sphere, Lamb", "#009E73", "^", (3, -13), "left"),
-    "brick": ("brick, elasticity by Ritz's method", "#000000", "D", (6, 4), "left"),
+    "beam": ("beam, beside Timoshenko's theory", style.BLUE, "o"),
+    "plate": ("thin plate, beside Leissa's theory", style.ORANGE, "s"),
+    "sphere": ("sphere, beside Lamb's solution", style.GREEN, "^"),
+    "brick": ("brick, beside three-dimensional elasticity", style.BLACK, "D"),
 }
 
 
@@ -33,39 +29,33 @@ def read(path):
         return list(csv.DictReader(file))
 
 
-def draw_body(axes, rows, body):
-    name, colour, marker, offset, side = BODIES[body]
-    found = [row for row in rows if row["body"] == body]
-    times = [float(row["cpu_s"]) for row in found]
-    errors = [100.0 * abs(float(row["worst_error"])) for row in found]
-    axes.plot(times, errors, color=colour, marker=marker, markersize=5, linewidth=1.3, label=name)
-    for row, time, error in zip(found, times, errors):
-        text = f"{float(row['degrees_of_freedom']) / 1000:.2g}k"
-        axes.annotate(
-            text, (time, error), offset, textcoords="offset points", fontsize=7.5, ha=side, color=colour
-        )
+def points(rows, body):
+    """CPU time, error in percent and degrees of freedom of each grid of a body."""
+    return [(float(row["cpu_s"]), 100.0 * abs(float(row["worst_error"])), int(row["degrees_of_freedom"])) for row in rows if row["body"] == body]
 
 
 def draw(rows):
-    plt.rcParams.update({"font.family": "DejaVu Sans", "font.size": 9.5})
-    figure, axes = plt.subplots(figsize=(7.6, 5.0))
+    figure, axes = plt.subplots(figsize=(8.4, 5.6), layout="constrained")
     axes.set_xscale("log")
     axes.set_yscale("log")
-    axes.margins(x=0.08)
-    axes.axhline(BAR, color="0.35", linewidth=1.6, zorder=1)
-    for body in BODIES:
-        draw_body(axes, rows, body)
-    axes.set_xlabel("CPU time of the analysis, s (one thread)")
-    axes.set_ylabel("worst error of the first 10 frequencies, %")
-    axes.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
-    axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
-    axes.text(0.99, BAR * 1.06, "bar, 1 %", color="0.25", transform=axes.get_yaxis_transform(), ha="right")
-    axes.grid(color="0.9", linewidth=0.6)
-    axes.set_axisbelow(True)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
-    axes.legend(frameon=False, title="numbers: degrees of freedom", loc="upper right")
-    figure.tight_layout()
+    axes.axhline(BAR, color=style.SOFT, linewidth=1.6, zorder=1)
+    labels, curves = [], []
+    for body, (name, colour, marker) in BODIES.items():
+        found = points(rows, body)
+        curve = [(time, error) for time, error, _ in found]
+        axes.plot(*zip(*curve), color=colour, marker=marker, markersize=5.5, linewidth=1.5, label=name)
+        curves.append(curve)
+        labels += [(time, error, style.short(count), colour) for time, error, count in found]
+    axes.set_xlabel("processor time of the analysis in seconds (one thread)")
+    axes.set_ylabel("worst error of the first ten frequencies in percent")
+    axes.set_xlim(0.03, 45)
+    axes.set_ylim(2e-5, 300)
+    style.log_ticks(axes.xaxis, [0.1, 1, 10])
+    style.log_ticks(axes.yaxis, [1e-4, 1e-3, 0.01, 0.1, 1, 10, 100])
+    axes.text(0.995, BAR * 1.12, "wanted: below 1 %", color=style.SOFT, transform=axes.get_yaxis_transform(), ha="right")
+    style.tidy(axes)
+    axes.legend(title="numbers beside the points: degrees of freedom", loc="lower left", alignment="left", borderaxespad=0.8)
+    style.label_points(axes, labels, curves)
     return figure
 
 
@@ -76,8 +66,7 @@ def main():
     parser.add_argument("csv", help="what bench_modal_accuracy --csv wrote")
     parser.add_argument("figure", help="the file to be written")
     arguments = parser.parse_args()
-    pathlib.Path(arguments.figure).parent.mkdir(parents=True, exist_ok=True)
-    draw(read(arguments.csv)).savefig(arguments.figure, dpi=110)
+    style.save(draw(read(arguments.csv)), arguments.figure)
 
 
 if __name__ == "__main__":

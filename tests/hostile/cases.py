@@ -262,9 +262,12 @@ def limits():
 def command_lines():
     ball = {"scene.json": json.dumps(BALL)}
     for name, arguments, sentence in (
-            ("of nothing", [], "no command"),
             ("of an unknown command", ["rendr"], "unknown command"),
-            ("without output", ["render", "scene.json"], "--output"),
+            ("of a scene that is nowhere", ["render", "scne"], "no such file, and no scene of the library"),
+            ("of a scene of a megabyte", ["render", "x" * 100_000], "no such file"),
+            ("that lists no collision", ["events", "scene.json", "--loudest", "0"], "--loudest"),
+            ("of sound and text on one stream", ["render", "scene.json", "-o", "-", "--events", "-"], "--events"),
+            ("of stems on one stream", ["render", "scene.json", "-o", "-", "--stems"], "--stems"),
             ("with an empty output", ["render", "scene.json", "-o", ""], "names no file"),
             ("that writes over its scene", ["render", "scene.json", "-o", "scene.json"], "scene itself"),
             ("that writes no WAV", ["render", "scene.json", "-o", "a.mp3"], "expected FILE.wav"),

@@ -44,7 +44,6 @@ class Cli : public testing::Test {
 
 TEST_F(Cli, UsageErrorsAre2) {
   const std::string scene = library("two_balls");
-  expectRefused({}, 2);
   expectRefused({"frobnicate"}, 2);
   expectRefused({"--frobnicate"}, 2);
   expectRefused({"render"}, 2);
@@ -57,7 +56,6 @@ TEST_F(Cli, UsageErrorsAre2) {
                 2);
   expectRefused({"replay"}, 2);
   expectRefused({"replay", scene}, 2);
-  expectRefused({"render", scene}, 2);
   expectRefused({"render", scene, "-o"}, 2);
   expectRefused({"render", scene, "-o", ""}, 2);
   expectRefused({"render", scene, "-o", at("sound.wav"), "--events", ""}, 2);
@@ -206,11 +204,7 @@ TEST_F(Cli, AnAnswerThatCannotBeGivenIs1) {
 
 TEST_F(Cli, UsageErrorsNameTheWrongWord) {
   EXPECT_NE(carom({"frobnicate"}).err.find("frobnicate"), std::string::npos);
-  EXPECT_NE(carom({"info", library("two_balls"), "--verbose"}).err.find("--verbose"),
-            std::string::npos);
-  EXPECT_NE(carom({}).err.find(
-                "expected render, info, compare, report, record, replay, batch, modes, strike, "
-                "fit, jello, stability, listen, view or video"),
+  EXPECT_NE(carom({"info", library("two_balls"), "--chatty"}).err.find("--chatty"),
             std::string::npos);
 }
 
@@ -224,7 +218,7 @@ TEST_F(Cli, HelpOfEveryCommandHasAnExample) {
     EXPECT_EQ(help.code, 0);
     EXPECT_EQ(help.err, "");
     EXPECT_NE(help.out.find("Example"), std::string::npos) << help.out;
-    EXPECT_NE(help.out.find("\n  carom " + command + " scenes/library/"), std::string::npos);
+    EXPECT_NE(help.out.find("\n  carom " + command + " "), std::string::npos);
   }
 }
 
@@ -255,7 +249,7 @@ TEST_F(Cli, ExamplesInTheHelpWorkAsTheyStand) {
         if (word.ends_with(".wav") || word.ends_with(".csv") || word.ends_with(".carom"))
           word = at(word);
       }
-      const Outcome outcome = carom(example);
+      const Outcome outcome = carom(example, {.folder = folder_.path()});
       EXPECT_EQ(outcome.code, 0) << outcome.err;
       EXPECT_NE(outcome.out, "");
     }
@@ -736,7 +730,7 @@ TEST_F(Cli, ReportsSayWhoHearsWhatThroughWhichWalls) {
   EXPECT_EQ(plain.at("images"), 0);
   EXPECT_TRUE(plain.at("reverb").is_null());
   EXPECT_EQ(plain.at("listeners").at(0).at("channels"), (json::array({0})));
-  const std::string text = carom({"render", file, "-o", at("sound.wav")}).out;
+  const std::string text = carom({"render", file, "-o", at("sound.wav"), "-v"}).out;
   EXPECT_NE(text.find("channels  0, 1: ortf, spaced_pair, moves\n"), std::string::npos) << text;
   EXPECT_NE(text.find("room      1 image of each source, reverberation of 100 m^3, T60 0.5 s\n"),
             std::string::npos)

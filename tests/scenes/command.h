@@ -28,6 +28,8 @@ struct RunSettings {
   rlim_t largestFile = RLIM_INFINITY;  ///< bytes; writing fails beyond, as on a full disk
   std::string out = {};                ///< file for standard output; captured if empty
   int err = -1;                        ///< descriptor for standard error; captured if negative
+  std::filesystem::path folder = {};   ///< the current folder of the program; the test's if empty
+  int outDescriptor = -1;              ///< descriptor for standard output, before `out`
 };
 
 inline int openForWriting(const std::filesystem::path& path) {
@@ -36,7 +38,9 @@ inline int openForWriting(const std::filesystem::path& path) {
 
 /// Replaces the child process by `carom`.
 [[noreturn]] inline void become(std::vector<std::string> arguments, int out, int err,
-                                rlim_t largestFile) {
+                                const RunSettings& settings) {
+  const rlim_t largestFile = settings.largestFile;
+  if (!settings.folder.empty() && chdir(settings.folder.c_str()) != 0) _exit(126);
   dup2(out, STDOUT_FILENO);
   dup2(err, STDERR_FILENO);
   const rlimit limit = {largestFile, largestFile};
@@ -57,16 +61,16 @@ inline Outcome carom(const std::vector<std::string>& arguments, const RunSetting
   const TemporaryFolder folder;
   const std::filesystem::path outFile =
       settings.out.empty() ? folder / "out" : std::filesystem::path(settings.out);
-  const int out = openForWriting(outFile);
+  const int out = settings.outDescriptor >= 0 ? settings.outDescriptor : openForWriting(outFile);
   const int err = settings.err >= 0 ? settings.err : openForWriting(folder / "err");
   const pid_t child = fork();
-  if (child == 0) become(arguments, out, err, settings.largestFile);
+  if (child == 0) become(arguments, out, err, settings);
   int status = 0;
   waitpid(child, &status, 0);
-  close(out);
+  if (settings.outDescriptor < 0) close(out);
   Outcome outcome;
   outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status);
-  if (settings.out.empty()) outcome.out = contents(outFile);
+  if (settings.out.empty() && settings.outDescriptor < 0) outcome.out = contents(outFile);
   if (settings.err < 0) {
     close(err);
     outcome.err = contents(folder / "err");

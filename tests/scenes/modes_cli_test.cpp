@@ -255,7 +255,7 @@ TEST_F(ModesCli, WrongUseOfModesIs2WithOneSentenceAndNothingIsWritten) {
            {modes("bar.obj", {"--panels", "200", "--no-radiation"}), "excludes"},
            {modes("bar.obj", {"--scale", "0"}), "metres"},
            {modes("bar.obj", {"--scale", "nan"}), "metres"},
-           {modes("bar.obj", {"--cache", ""}), "names no file"},
+           {modes("bar.obj", {"--cache", ""}), "names no folder"},
            {modes("bar.obj", {"-o", mesh}), "the mesh itself"},
            {modes("bar.obj", {"-o", ""}), "names no file"}}) {
     if (command.back() != mesh && !command.back().empty())
@@ -372,7 +372,7 @@ TEST_F(ModesCli, WrongUseOfStrikeIs2WithOneSentenceAndNothingIsWritten) {
            {strike("bar.obj"), "no modal model"},
            {strike("cut.carom_modes"), "cut.carom_modes"},
            {strike("no.glb"), "no.glb"},
-           {strike("bar.carom_modes", {"--hammer", "cheese"}), "'cheese' is unknown"},
+           {strike("bar.carom_modes", {"--hammer", "cheese"}), "unknown material \"cheese\""},
            {strike("bar.carom_modes", {"--hammer-mass", "0"}), "kilograms"},
            {strike("bar.carom_modes", {"--hammer-radius", "0"}), "metres"},
            {strike("bar.carom_modes", {"--listener", "0,0,0"}), "--listener"},

@@ -20,6 +20,9 @@ function make(tag, attributes = {}, ...children) {
   return element;
 }
 
+/** What is shown on demand, behind one line. */
+const folded = (summary, content) => make('details', {class: 'folded'}, make('summary', {}, summary), content);
+
 // ---- Numbers as text ----
 
 const THIN = '\u202f';
@@ -70,6 +73,7 @@ function speed(total) {
   return total <= 1 ? `${digits(1 / total)} times faster than real time` : `${digits(total)} times slower than real time`;
 }
 
+const numbered = (number, noun) => `${number} ${noun}${number === 1 ? '' : 's'}`;
 const shown = (value, text) => (value === null || value === undefined ? '–' : text(value));
 
 // ---- What is read ----
@@ -283,8 +287,8 @@ const linesPlugin = (view) => ({
   id: 'lines',
   beforeDatasetsDraw(chart) {
     const total = at(view.reference, 'run_time.total');
-    drawLine(chart, 1, 'real time', 0);
-    if (total > 0) drawLine(chart, total, 'reference', 1);
+    drawLine(chart, 1, 'real time', 1);
+    if (total > 0) drawLine(chart, total, 'reference', 0);
   },
 });
 
@@ -294,15 +298,15 @@ function drawLine(chart, value, label, row) {
   const place = Math.round(x.getPixelForValue(value)) + 0.5;
   ctx.save();
   ctx.strokeStyle = ctx.fillStyle = colour('soft');
-  ctx.setLineDash(row ? [6, 4] : [2, 3]);
+  ctx.setLineDash(row ? [2, 3] : [6, 4]);
   ctx.beginPath();
   ctx.moveTo(place, area.top);
   ctx.lineTo(place, area.bottom);
   ctx.stroke();
   ctx.font = FONT;
-  const left = place + ctx.measureText(label).width + 8 > area.right;
-  ctx.textAlign = left ? 'right' : 'left';
-  ctx.fillText(label, place + (left ? -5 : 5), area.top + 12 + 15 * row);
+  const half = ctx.measureText(label).width / 2;  // above the plot, where no point is
+  ctx.textAlign = 'center';
+  ctx.fillText(label, Math.min(place, area.right - half), area.top - 5 - 15 * row);
   ctx.restore();
 }
 
@@ -350,6 +354,7 @@ function drawPlot(view) {
     type: 'scatter', data: {datasets: [...pointSets(view, sorted.plotted), frontSet]},
     options: {
       animation: false, responsive: true, maintainAspectRatio: false, font: {family: 'system-ui, sans-serif'},
+      layout: {padding: {top: 34}},  // of the lines' names
       interaction: {mode: 'nearest', intersect: true},
       onClick: (event, hits) => { if (hits.length) select(view, hits[0].element.$context.raw.variant); },
       onHover: (event, hits) => { view.plotCanvas.style.cursor = hits.length ? 'pointer' : ''; },
@@ -387,7 +392,7 @@ function showBeneath(view, sorted) {
   const reasons = [...sorted.off].map(([reason, variants]) => [make('dt', {}, reason),
     make('dd', {}, variants.flatMap((variant, i) => [i ? ' · ' : '', pickButton(view, variant)]))]);
   view.beneath.replaceChildren(make('p', {class: 'plot-note'}, beaten), make('ol', {class: 'front-list'}, items),
-    ...(reasons.length ? [make('p', {class: 'plot-note'}, 'Not on logarithmic axes:'), make('dl', {class: 'unplotted'}, reasons.flat())] : []));
+    ...(reasons.length ? [folded(`Not on logarithmic axes: ${numbered([...sorted.off.values()].flat().length, 'variant')}`, make('dl', {class: 'unplotted'}, reasons.flat()))] : []));
 }
 
 // ---- One variant in words ----
@@ -502,7 +507,7 @@ function drawWave(canvas, wave, common) {
   ctx.stroke();
   ctx.lineWidth = 1;
   const yTicks = linearTicks(-limit, limit, 4).map((value) => ({at: 0.5 + 0.5 * value / limit, text: roundTick(digits(Number((value / 10 ** found[0]).toPrecision(3))))}));
-  drawAxes(frame, timeTicks(frame, common.seconds), yTicks, found[1] + 'Pa');
+  drawAxes(frame, timeTicks(frame, common.seconds), yTicks, 'in ' + found[1] + 'Pa');
 }
 
 /** The bytes as an image with a pixel for each, coloured on the scale that both panes share. */
@@ -530,7 +535,7 @@ function drawSpectrum(canvas, spectrum, common) {
   ctx.drawImage(spectrumImage(spectrum, common), left, top + height * (1 - upper), width * spectrum.seconds / common.seconds, height * (upper - bottom));
   const yTicks = [20, 50, 100, 200, 500, 1000, 2000, 5000, 10000, 20000].filter((f) => f >= common.low && f <= common.high)
     .map((f) => ({at: place(f), text: f >= 1000 ? f / 1000 + 'k' : String(f)}));
-  drawAxes(frame, timeTicks(frame, common.seconds), yTicks, 'Hz');
+  drawAxes(frame, timeTicks(frame, common.seconds), yTicks, 'frequency in hertz');
 }
 
 const positive = (...values) => values.every((value) => typeof value === 'number' && value > 0 && Number.isFinite(value));
@@ -694,7 +699,7 @@ function drawBands(view) {
     type: 'bar',
     data: {labels: bands.map((b) => (b.frequency >= 1000 ? Number((b.frequency / 1000).toPrecision(3)) + 'k' : String(Number(b.frequency.toPrecision(3))))),
       datasets: [{data: bands.map((b) => b.difference_db), backgroundColor: colour('wave'), categoryPercentage: 0.9, barPercentage: 0.9}]},
-    options: {animation: false, responsive: true, maintainAspectRatio: false, scales: {x: {...axis('Hz'), grid: {display: false}}, y: axis('dB')},
+    options: {animation: false, responsive: true, maintainAspectRatio: false, scales: {x: {...axis('frequency in hertz'), grid: {display: false}}, y: axis('difference in dB')},
       interaction: {mode: 'index', intersect: false},
       plugins: {legend: {display: false}, tooltip: {displayColors: false, callbacks: {title: (items) => items[0].label + THIN + 'Hz', label: (item) => shown(bands[item.dataIndex].difference_db, levelDifference)}}}},
   });
@@ -817,10 +822,10 @@ function planOf(scene) {
   const left = plan.left_out || [];
   const unrun = scene.variants_left_out || [];
   return make('div', {}, make('h3', {}, 'Plan'), make('ol', {class: 'plan', 'aria-label': 'Stages in order'}, (plan.needed || []).map((stage) => make('li', {}, spaced(stage)))),
-    make('p', {class: 'note'}, left.length ? 'Left out:' : 'Nothing was left out.'),
-    make('ul', {class: 'left-out'}, left.map((item) => make('li', {}, `${spaced(item.stage)}: ${item.why}`))),
-    make('p', {class: 'note'}, unrun.length ? 'Variants that were not run:' : 'Every variant was run.'),
-    make('ul', {class: 'left-out'}, unrun.map((item) => make('li', {}, `${item.label}: ${item.why}`))));
+    left.length ? folded(`${numbered(left.length, 'stage')} left out`, make('ul', {class: 'left-out'}, left.map((item) => make('li', {}, `${spaced(item.stage)}: ${item.why}`))))
+      : make('p', {class: 'note'}, 'Nothing was left out.'),
+    unrun.length ? folded(`${numbered(unrun.length, 'variant')} not run`, make('ul', {class: 'left-out'}, unrun.map((item) => make('li', {}, `${item.label}: ${item.why}`))))
+      : make('p', {class: 'note'}, 'Every variant was run.'));
 }
 
 function referenceOf(view) {
