@@ -45,8 +45,10 @@ class Help:
 
 
 def command_lines(block):
-    """Returns the lines of the block that are commands, with their line numbers, continuations joined."""
+    """Returns the lines of the block that are commands, with their line numbers, continuations joined. Where some
+    begin with a prompt, the others are what is printed; a command is left out whose refusal stands below it."""
     lines, number = block.text.splitlines(), block.line
+    prompts = any(re.match(r"\s*\$ ", line) for line in lines)
     index = 0
     while index < len(lines):
         text, first = lines[index], number + index
@@ -54,12 +56,15 @@ def command_lines(block):
             index += 1
             text = text[:-1] + " " + lines[index].strip()
         index += 1
-        yield first, re.sub(r"^\s*\$ ", "", text).strip()
+        refused = index < len(lines) and re.match(r"carom[^$]*: unknown ", lines[index])
+        if not refused and (not prompts or re.match(r"\s*\$ ", text)):
+            yield first, re.sub(r"^\s*\$ ", "", text).strip()
 
 
 def words(text):
     try:
-        return shlex.split(re.split(r"\s+#", text)[0], comments=False)
+        text = re.split(r"\s+#|\s+[|>&]+\s|\s{2,}", text)[0]  # comments, what follows a pipe, explanations
+        return shlex.split(text, comments=False)
     except ValueError:  # prose with an apostrophe
         return []
 
