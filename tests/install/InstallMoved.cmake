@@ -18,3 +18,11 @@ file(GLOB scenes ${PREFIX}/share/carom/scenes/*.json)
 foreach(scene IN LISTS scenes)
   execute_process(COMMAND ${PREFIX}/bin/carom info ${scene} OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
 endforeach()
+
+# The program finds them by their names, in the tree that it has moved to.
+execute_process(COMMAND ${PREFIX}/bin/carom scenes --paths two_balls OUTPUT_VARIABLE path OUTPUT_STRIP_TRAILING_WHITESPACE
+  COMMAND_ERROR_IS_FATAL ANY)
+file(REAL_PATH ${PREFIX}/share/carom/scenes/two_balls.json expected)
+if(NOT path STREQUAL expected)
+  message(FATAL_ERROR "carom finds two_balls as '${path}', and not as '${expected}'")
+endif()
