@@ -235,9 +235,6 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs DESTINATION ${carom_doc_folder} COM
 install(FILES ${PROJECT_SOURCE_DIR}/CHANGELOG.md ${PROJECT_SOURCE_DIR}/CONTRIBUTING.md ${PROJECT_SOURCE_DIR}/LICENSE
   DESTINATION ${carom_doc_folder} COMPONENT Documentation)
 foreach(page README.md docs/README.md)
-  if(NOT EXISTS ${PROJECT_SOURCE_DIR}/${page})
-    continue()
-  endif()
   carom_versioned_page(${page})
   cmake_path(GET page PARENT_PATH folder)
   install(FILES ${PROJECT_BINARY_DIR}/install/${page} DESTINATION ${carom_doc_folder}/${folder}

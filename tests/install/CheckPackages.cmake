@@ -63,7 +63,7 @@ expect_field(${library} Depends "libc6")  # found by dpkg-shlibdeps
 
 file(GLOB command ${FOLDER}/carom_*.deb)
 expect_files(${command} bin/carom share/carom/scenes/bouncing_ball.json share/carom/scenes/meshes/wrench.obj
-  share/doc/carom/copyright share/man/man1/carom-render.1.gz share/bash-completion/completions/carom share/zsh/site-functions/_carom
+  share/doc/carom/copyright share/man/man1/carom-render.1.gz share/bash-completion/completions/carom share/zsh/vendor-completions/_carom
   share/fish/vendor_completions.d/carom.fish)
 if(LISTEN)
   expect_files(${command} ${LIBDIR}/carom/libcarom_listen.so ${LIBDIR}/carom/libcarom_listen_float.so

@@ -7,9 +7,8 @@ file(RENAME ${PREFIX}_first ${PREFIX})
 # The program and the pages beside it are of one version, and the scenes have the files that they name.
 execute_process(COMMAND ${PREFIX}/bin/carom --version OUTPUT_VARIABLE version OUTPUT_STRIP_TRAILING_WHITESPACE
   COMMAND_ERROR_IS_FATAL ANY)
-file(GLOB pages ${PREFIX}/share/doc/carom/README.md ${PREFIX}/share/doc/carom/docs/README.md)
-foreach(page IN LISTS pages)
-  file(READ ${page} text)
+foreach(page README.md docs/README.md)
+  file(READ ${PREFIX}/share/doc/carom/${page} text)
   string(FIND "${text}" "\n\nVersion ${version}.\n" at)
   if(at LESS 0)
     message(FATAL_ERROR "carom is of version '${version}', and ${page} does not say so")
