@@ -38,9 +38,7 @@ inline int openForWriting(const std::filesystem::path& path) {
 
 /// Replaces the child process by `carom`.
 [[noreturn]] inline void become(std::vector<std::string> arguments, int out, int err,
-                                const RunSettings& settings) {
-  const rlim_t largestFile = settings.largestFile;
-  if (!settings.folder.empty() && chdir(settings.folder.c_str()) != 0) _exit(126);
+                                rlim_t largestFile) {
   dup2(out, STDOUT_FILENO);
   dup2(err, STDERR_FILENO);
   const rlimit limit = {largestFile, largestFile};
@@ -64,7 +62,10 @@ inline Outcome carom(const std::vector<std::string>& arguments, const RunSetting
   const int out = settings.outDescriptor >= 0 ? settings.outDescriptor : openForWriting(outFile);
   const int err = settings.err >= 0 ? settings.err : openForWriting(folder / "err");
   const pid_t child = fork();
-  if (child == 0) become(arguments, out, err, settings);
+  if (child == 0) {
+    if (!settings.folder.empty() && chdir(settings.folder.c_str()) != 0) _exit(126);
+    become(arguments, out, err, settings.largestFile);
+  }
   int status = 0;
   waitpid(child, &status, 0);
   if (settings.outDescriptor < 0) close(out);
