@@ -1,6 +1,7 @@
 #include "audio/radiation/panel_mesh.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -19,11 +20,13 @@ namespace {
 
 using Triangle = std::array<std::uint32_t, 3>;
 
-constexpr double kWeld = 1e-6;          // share of the extent
-constexpr double kNoArea = 1e-12;       // share of the extent squared
-constexpr double kNoVolume = 1e-9;      // share of the extent cubed
-constexpr double kMostLost = 0.02;      // share of the volume that clustering may lose or gain
-constexpr double kFlat = 1e-4;          // share of the extent that a flat side may be off its plane
+constexpr double kWeld = 1e-6;      // share of the extent
+constexpr double kNoArea = 1e-12;   // share of the extent squared
+constexpr double kNoVolume = 1e-9;  // share of the extent cubed
+constexpr double kMostLost = 0.02;  // share of the volume that clustering may lose or gain
+// Shares of the extent that a simplified surface may be off the planes of the mesh; the least
+// serves that suffices.
+constexpr std::array kDeviations = {1e-4, 1e-3, 1e-2};
 constexpr double kBackToBack = -0.999;  // cosine between the normals of neighbours
 constexpr double kFlatQuadric = 0.01;   // an eigenvalue below this share of the largest is noise
 
@@ -264,18 +267,6 @@ SurfaceMesh clusteredDownTo(const SurfaceMesh& mesh, std::size_t most) {
   return result;
 }
 
-// True if two neighbours lie on each other, face to face or back to back.
-bool isFolded(const SurfaceMesh& mesh) {
-  std::map<std::pair<std::uint32_t, std::uint32_t>, Vec3> sides;
-  for (const Triangle& triangle : mesh.triangles)
-    for (std::size_t side = 0; side < 3; ++side)
-      sides[{triangle[side], triangle[(side + 1) % 3]}] = twiceAreaOf(mesh, triangle).normalized();
-  return std::ranges::any_of(sides, [&](const auto& one) {
-    const auto other = sides.find({one.first.second, one.first.first});
-    return other != sides.end() && other->second.dot(one.second) < kBackToBack;
-  });
-}
-
 double longestSquared(const std::array<Vec3, 3>& corners, std::size_t& side) {
   double longest = -1.0;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -324,14 +315,28 @@ Result<SurfaceMesh> cleanSurface(const SurfaceMesh& mesh) {
   return clean;
 }
 
+bool isFolded(const SurfaceMesh& mesh) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, Vec3> sides;
+  for (const Triangle& triangle : mesh.triangles)
+    for (std::size_t side = 0; side < 3; ++side)
+      sides[{triangle[side], triangle[(side + 1) % 3]}] = twiceAreaOf(mesh, triangle).normalized();
+  return std::ranges::any_of(sides, [&](const auto& one) {
+    const auto other = sides.find({one.first.second, one.first.first});
+    return other != sides.end() && other->second.dot(one.second) < kBackToBack;
+  });
+}
+
 SurfaceMesh clusteredSurface(const SurfaceMesh& mesh, std::size_t most) {
   if (mesh.triangles.size() <= most) return mesh;
-  SurfaceMesh result = clusteredDownTo(mesh, most);
+  SurfaceMesh clusters = clusteredDownTo(mesh, most);
   const double volume = signedVolume(mesh);
-  const double lost = std::abs(signedVolume(result) - volume);
-  if (lost <= kMostLost * volume && !isFolded(result)) return result;
-  SurfaceMesh collapsed = collapsedSurface(mesh, most, kFlat * extentOf(mesh));
-  return collapsed.triangles.size() <= most ? collapsed : result;
+  const double lost = std::abs(signedVolume(clusters) - volume);
+  if (lost <= kMostLost * volume && !isFolded(clusters)) return clusters;
+  for (const double deviation : kDeviations) {
+    SurfaceMesh collapsed = collapsedSurface(mesh, most, deviation * extentOf(mesh));
+    if (collapsed.triangles.size() <= most) return collapsed;
+  }
+  return clusters;
 }
 
 SurfaceMesh halvedSurface(SurfaceMesh mesh, std::size_t least) {

@@ -17,10 +17,15 @@ Result<SurfaceMesh> cleanSurface(const SurfaceMesh& mesh);
 /// Borrel 1993): one vertex per cell of a grid, where it fits the planes of its triangles best
 /// (Lindstrom 2000). A closed mesh stays closed. Parts thinner than a cell, about
 /// sqrt(area / most), may collapse or fold: where that takes 2 % of the volume, or makes two
-/// neighbours lie back to back, a body with flat sides is simplified edge by edge
-/// (collapsedSurface), which keeps its shape, but not its mirror planes; one of curved sides stays
-/// as clustering has left it. A mesh that is small enough is returned as it is. [any thread]
+/// neighbours lie back to back, the mesh is simplified edge by edge instead (collapsedSurface), off
+/// its planes by as little as suffices, 1e-4 to 1e-2 of its extent: that keeps the shape of slender
+/// and thin bodies, but not their mirror planes. Where that does not suffice either, it stays as
+/// clustering has left it. A mesh that is small enough is returned as it is. [any thread]
 SurfaceMesh clusteredSurface(const SurfaceMesh& mesh, std::size_t most);
+
+/// True if two neighbours lie back to back: there is no body between them, and no flow around it
+/// that their triangles could tell.
+bool isFolded(const SurfaceMesh& mesh);
 
 /// Returns at least `least` triangles on the same surface: those with the longest edges are halved,
 /// without regard to their neighbours, so the outcome fits together as a surface but not edge by

@@ -206,6 +206,10 @@ Result<PanelSolution> solvePanels(const SurfaceMesh& surface, const PanelSetting
                  std::to_string(base.triangles.size()) + " triangles it has " +
                  std::to_string(kept) + " of its volume; expected a simpler mesh, or more panels"};
   }
+  const Error unsolved = {
+      "surface: the flow of air around it has no solution on its triangles; expected a simpler "
+      "mesh, or one whose parts are thicker beside their triangles"};
+  if (isFolded(base)) return unsolved;
   PanelSolution solution = solveUnit(base, settings, sharp);
   Mat6& added = solution.radiator.addedVolume;
   added *= scale * scale * scale;
@@ -214,10 +218,7 @@ Result<PanelSolution> solvePanels(const SurfaceMesh& surface, const PanelSetting
   solution.radiator.volume = volume;
   solution.radiator = solution.radiator.about(-centroid);
   added = symmetricPart(added);
-  if (!(solution.radiator.radius() > 0.0) || !added.allFinite())
-    return Error{
-        "surface: the flow of air around it has no solution on its triangles; expected a simpler "
-        "mesh, or one whose parts are thicker beside their triangles"};
+  if (!(solution.radiator.radius() > 0.0) || !added.allFinite()) return unsolved;
   return solution;
 }
 
