@@ -112,8 +112,7 @@ class Collapse {
       for (const std::uint32_t corner : mesh_.triangles[triangle])
         if (corner != vertex) neighbours.push_back(corner);
     std::ranges::sort(neighbours);
-    const auto rest = std::ranges::unique(neighbours);
-    neighbours.erase(rest.begin(), rest.end());
+    neighbours.erase(std::unique(neighbours.begin(), neighbours.end()), neighbours.end());
     return neighbours;
   }
 
