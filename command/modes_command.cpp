@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <iomanip>
 #include <optional>
 #include <sstream>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "command/command_line.h"
@@ -131,6 +133,27 @@ void warnOf(const std::string& file, const MeshAnalysis& analysis, std::optional
          " panels; --panels takes more");
 }
 
+/// Returns how long an analysis may take, for who waits for it: its grids by their limit, its
+/// radiation by what a mode was measured to take on 800 panels, with the cube of their number.
+std::string priceOf(const MeshAnalysisSettings& settings, const SurfaceMesh& mesh) {
+  constexpr double kSecondsPerMode = 0.42;
+  constexpr double kMeasuredPanels = 800.0;
+  std::ostringstream text;
+  text << mesh.triangles.size() << " triangles";
+  const SolidSettings& solid = settings.solid;
+  if (settings.body == BodyModel::solid && !solid.grid.degreesOfFreedom)
+    text << "; grids are refined until frequencies are within " << 100.0 * solid.accuracy
+         << " %, for at most half a minute and 4 GB";
+  if (settings.radiation) {
+    const double seconds =
+        kSecondsPerMode * static_cast<double>(solid.maxModes) *
+        std::pow(static_cast<double>(settings.radiation->panels) / kMeasuredPanels, 3);
+    text << "; then " << std::max(1.0, std::round(seconds)) << " s for how up to " << solid.maxModes
+         << " modes radiate";
+  }
+  return text.str();
+}
+
 }  // namespace
 
 ModesCommand::ModesCommand(CLI::App& app)
@@ -234,10 +257,15 @@ int ModesCommand::run() const {
   capMemory(run_.limits().memory);
   ResourceWatch watch(run_.limits());
   std::string limit;
+  // What comes from the cache makes no progress, and is free.
+  bool isPriceTold = talk().isQuiet() || talk().isJson;
   ProgressBar bar("modes of " + std::filesystem::path(mesh_).filename().string());
   Result<MeshAnalysis> analysis =
       analyseMesh(mesh->surface, *material, settings, noCache_ ? nullptr : &cache,
                   [&](std::string_view, double share) {
+                    if (!std::exchange(isPriceTold, true))
+                      std::fprintf(stderr, "carom: %s: %s\n", mesh_.c_str(),
+                                   priceOf(settings, mesh->surface).c_str());
                     bar.show(share);
                     limit = watch.exceeded();
                     return limit.empty();

@@ -170,6 +170,17 @@ TEST_F(ModesCli, TheSecondRunComesFromTheCacheAndSaysTheSame) {
 
 // Half the size in every direction doubles the frequencies, as the elastic equations have no
 // length.
+TEST_F(ModesCli, SaysWhatItWillTakeUnlessItIsThereAlready) {
+  const std::vector<std::string> options = {"--modes", "2",       "--panels",
+                                            "200",     "--cache", at("cache")};
+  const std::string said = carom(modes("bar.obj", options)).err;
+  EXPECT_NE(said.find("bar.obj: 12 triangles; grids are refined until frequencies are within 1 %, "
+                      "for at most half a minute and 4 GB; then 1 s for how up to 2 modes radiate"),
+            std::string::npos)
+      << said;
+  EXPECT_EQ(carom(modes("bar.obj", options)).err, "");
+}
+
 TEST_F(ModesCli, MaterialOfAFileRingsAsItsNumbersSay) {
   // Frequencies go as sqrt(E / density): a quarter of the density has twice those.
   const std::string light = write("light.json", R"({"like": "carbon_steel", "density": 1962.5})");
