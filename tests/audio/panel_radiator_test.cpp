@@ -396,7 +396,7 @@ TEST(ClusteredSurface, KeepsABodyWithFlatSidesHoweverThinItIs) {
   for (const Vec3& half : {Vec3(0.3, 0.005, 0.005), Vec3(0.062, 0.005, 0.15),
                            Vec3(0.5, 0.002, 0.01), Vec3(0.1, 0.1, 0.0005)}) {
     const SurfaceMesh fine = splitBox(half, 4);
-    for (const std::size_t most : {100, 300, 450, 800}) {
+    for (const std::size_t most : {100U, 300U, 450U, 800U}) {
       const SurfaceMesh coarse = clusteredSurface(fine, most);
       EXPECT_LE(coarse.triangles.size(), most);
       EXPECT_GE(coarse.triangles.size(), most / 3) << half.transpose();
