@@ -183,6 +183,15 @@ double reachOf(const SurfaceMesh& mesh, const Vec3& centre) {
   return reach;
 }
 
+bool keepsVolume(const SurfaceMesh& simplified, const SurfaceMesh& mesh) {
+  const double kept = signedVolume(simplified) / signedVolume(mesh);
+  return kept > 1.0 - kVolumeLost && kept < 1.0 + kVolumeLost;
+}
+
+bool hasSurvived(const SurfaceMesh& simplified, const SurfaceMesh& mesh) {
+  return keepsVolume(simplified, mesh) && !isFolded(simplified);
+}
+
 }  // namespace
 
 Result<PanelSolution> solvePanels(const SurfaceMesh& surface, const PanelSettings& settings) {
@@ -199,17 +208,18 @@ Result<PanelSolution> solvePanels(const SurfaceMesh& surface, const PanelSetting
     vertex = (vertex - centroid) / scale;
   const bool sharp = hasSharpEdges(*clean);
   const std::size_t most = sharp && settings.extrapolate ? settings.panels / 4 : settings.panels;
-  const SurfaceMesh base = clusteredSurface(*clean, most);
-  const double kept = signedVolume(base) / signedVolume(*clean);
-  if (!(kept > 1.0 - kVolumeLost && kept < 1.0 + kVolumeLost)) {
+  SurfaceMesh base = clusteredSurface(*clean, most);
+  // A body that does not survive on so few triangles is solved once, on as many as may be.
+  if (!hasSurvived(base, *clean)) base = clusteredSurface(*clean, settings.panels);
+  if (!keepsVolume(base, *clean)) {
     return Error{"surface: simplified from " + std::to_string(clean->triangles.size()) + " to " +
                  std::to_string(base.triangles.size()) + " triangles it has " +
-                 std::to_string(kept) + " of its volume; expected a simpler mesh, or more panels"};
+                 std::to_string(signedVolume(base) / signedVolume(*clean)) +
+                 " of its volume; expected a simpler mesh, or more panels"};
   }
   const Error unsolved = {
       "surface: the flow of air around it has no solution on its triangles; expected a simpler "
       "mesh, or one whose parts are thicker beside their triangles"};
-  if (isFolded(base)) return unsolved;
   PanelSolution solution = solveUnit(base, settings, sharp);
   Mat6& added = solution.radiator.addedVolume;
   added *= scale * scale * scale;

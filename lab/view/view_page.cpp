@@ -239,8 +239,9 @@ Result<std::filesystem::path> findTemplate(const std::filesystem::path& asked,
     if (std::filesystem::is_regular_file(folder / kTemplateName, ignored))
       return folder / kTemplateName;
   return Error{
-      "the page's parts are not built: 'cmake --preset web && cmake --build --preset web' makes "
-      "carom_view.html (docs/view.md says what to install for it)"};
+      "the page's parts are not built: in a clone of Carom, 'cmake --preset web && cmake --build "
+      "--preset web' makes build/web/web/carom_view.html (docs/view.md, \"Build\", says what to "
+      "install for it); --template takes it from anywhere"};
 }
 
 }  // namespace carom::lab

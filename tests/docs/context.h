@@ -57,6 +57,10 @@ struct Sparks {
   void at(const carom::Vec3& place);
 };
 extern Sparks& sparks;
+struct Device {
+  void* userdata;
+};
+extern Device& device;
 }  // namespace page_any
 
 namespace page_bridge {

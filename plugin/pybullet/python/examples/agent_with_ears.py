@@ -6,6 +6,7 @@ The interface is Gymnasium's, whose spaces are used where it is installed. What 
 what its two microphones hear in a second of the simulation, from `sound.samples()`.
 """
 
+import glob
 import os
 import random
 import sys
@@ -13,7 +14,13 @@ import sys
 import pybullet
 from pybullet_utils.bullet_client import BulletClient
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+HERE = os.path.dirname(os.path.abspath(__file__))
+# carom.py is a folder above in the sources, and in the library folder where it is installed.
+sys.path[:0] = [os.path.join(HERE, "..")] + [
+    folder
+    for place in ("lib", "lib*/*")
+    for folder in glob.glob(os.path.join(HERE, "../../../../..", place, "carom"))
+]
 import carom
 
 try:

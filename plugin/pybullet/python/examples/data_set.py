@@ -6,6 +6,7 @@ Each line of FOLDER/data_set.jsonl has the file, what fell and how, and every co
 hard, how loud. Pressures in the files are in units of 20 Pa. The same number gives the same files.
 """
 
+import glob
 import json
 import os
 import random
@@ -13,7 +14,13 @@ import sys
 
 import pybullet
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+HERE = os.path.dirname(os.path.abspath(__file__))
+# carom.py is a folder above in the sources, and in the library folder where it is installed.
+sys.path[:0] = [os.path.join(HERE, "..")] + [
+    folder
+    for place in ("lib", "lib*/*")
+    for folder in glob.glob(os.path.join(HERE, "../../../../..", place, "carom"))
+]
 import carom
 
 MATERIALS = {"steel": 7850.0, "wood": 700.0, "glass": 2500.0, "plastic": 1100.0}  # kg/m^3
