@@ -720,7 +720,7 @@ std::filesystem::path writtenSheet(const std::filesystem::path& file, double hei
         const double y = height * std::sin(turn * x + 0.3) * std::sin(1.1 * turn * z + 0.7) + above;
         text << "v " << 0.2 * x << ' ' << 0.2 * y << ' ' << 0.2 * z << '\n';
       }
-  const auto corner = [](int side, int row, int column) {
+  const auto corner = [cells](int side, int row, int column) {
     return (side * (cells + 1) + row) * (cells + 1) + column + 1;
   };
   const auto face = [&](int a, int b, int c, int d) {
