@@ -81,8 +81,7 @@ bool ContactPropagation::propagate(const ContactSource& source) {
     }
   if (settings_.reverb && !propagateToReverb(source)) return false;
   if (source.rings)
-    modalPeak_ = source.loudest == 0.0 ? exciter_.peak(*source.pulse, touchOf(source),
-                                                       {source.train, source.duration})
+    modalPeak_ = source.loudest == 0.0 ? exciter_.peak(*source.pulse, touchOf(source))
                                        : exciter_.peak(source.train);
   refusal_ = &SynthCounters::rejectedTooFar;
   return clickPeak_ <= kLoudest && modalPeak_ <= kLoudest * source.ringShare;

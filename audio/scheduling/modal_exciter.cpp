@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <functional>
 #include <numbers>
 #include <numeric>
 #include <utility>
@@ -73,18 +72,6 @@ Complex earResponse(std::span<const double> response, double w) {
   for (std::size_t tap = response.size(); tap-- > 0;)
     sum = sum * turn + response[tap];
   return sum;
-}
-
-// Modes of an impact whose share in its loudness is found from the course of its force; that of the
-// others, which hardly count, from a bound.
-constexpr std::size_t kLoudestModes = 8;
-
-// Returns the magnitude of a course's spectrum, w in rad per duration of the contact.
-double spectrumOf(const ModalExciter::ContactCourse& course, double w) {
-  Complex sum = 0.0;
-  for (const PulseNode& node : course.nodes)
-    sum += node.weight * std::polar(1.0, w * node.u);
-  return std::abs(sum);
 }
 
 }  // namespace
@@ -413,24 +400,12 @@ void ModalExciter::addDamping(BodyId body, const ResonatorSet& set, std::int64_t
   excitations_.push_back(excitation);
 }
 
-double ModalExciter::peak(const Pulse& pulse, double duration, const ContactCourse& course) {
+double ModalExciter::peak(const Pulse& pulse, double duration) {
   const PulseSpectrum& spectrum = spectra_.try_emplace(&pulse, pulse).first->second;
   const double mostInASample = pulse.peakForce() / (duration * paths_->settings.sampleRate);
-  bounds_.clear();
-  for (std::size_t mode = 0; mode < loudest_.size(); ++mode)
-    bounds_.emplace_back(
-        loudest_[mode] * spectrum.bound(source_->resonators->pole[mode].imag() * duration), mode);
-  if (!course.nodes.empty()) {
-    const std::size_t count = std::min(kLoudestModes, bounds_.size());
-    std::ranges::partial_sort(bounds_, bounds_.begin() + static_cast<std::ptrdiff_t>(count),
-                              std::greater<>());
-    for (auto& [bound, mode] : std::span(bounds_).first(count))
-      bound = loudest_[mode] *
-              spectrumOf(course, source_->resonators->pole[mode].imag() * course.duration);
-  }
   double sum = loudestRest_ * std::min(mostInASample, 1.0);
-  for (const auto& [bound, mode] : bounds_)
-    sum += bound;
+  for (std::size_t mode = 0; mode < loudest_.size(); ++mode)
+    sum += loudest_[mode] * spectrum.bound(source_->resonators->pole[mode].imag() * duration);
   return sum;
 }
 

@@ -134,15 +134,8 @@ class ModalExciter {
   /// change.
   std::span<const double> addedDamping(BodyId body);
 
-  /// The force of a contact in which modes took part: none, where it is that of rigid bodies.
-  struct ContactCourse {
-    std::span<const PulseNode> nodes;  ///< shares of the impulse
-    double duration = 0.0;             ///< s
-  };
-  /// Upper bound in Pa of the excitations so far, for a contact of that pulse and duration (s): as
-  /// if all modes were at their crests at once. The modes that count are excited by the course of
-  /// the force if it is known, as what gives way is struck more gently.
-  double peak(const Pulse& pulse, double duration, const ContactCourse& course);
+  /// Upper bound in Pa of the excitations so far, for a contact of that pulse and duration (s).
+  double peak(const Pulse& pulse, double duration);
   /// Upper bound in Pa of the excitations so far, for a train of impulses (N s): as if all of them
   /// came at a mode's crests.
   double peak(std::span<const PulseNode> train) const;
@@ -190,10 +183,9 @@ class ModalExciter {
   /// as at the highest mode's frequency.
   double hears_ = 1.0;
   double loudestRest_ = 0.0;  // Pa, for the whole impulse within a sample, over all excitations
-  std::vector<std::complex<double>> amplitudes_;        // Pa, of the current excitation
-  std::vector<double> loudest_;                         // Pa, of each mode over all excitations
-  std::vector<std::pair<double, std::size_t>> bounds_;  // Pa, of each mode of an impact
-  std::vector<double> powers_;                          // Pa^2, by mode, of the views so far
+  std::vector<std::complex<double>> amplitudes_;  // Pa, of the current excitation
+  std::vector<double> loudest_;                   // Pa, of each mode over all excitations
+  std::vector<double> powers_;                    // Pa^2, by mode, of the views so far
   std::vector<ModalExcitation> excitations_;
   std::vector<double> taps_;
 };
