@@ -49,6 +49,8 @@ extern btRigidBody& trigger;
 extern btRigidBody& bar;
 extern btCollisionShape& plateShape;
 extern btRigidBody& camera;
+extern const btVector3& eye;
+extern const btVector3& target;
 extern const btScalar dt;
 extern carom::Result<carom::Sound>& sound;
 extern const std::shared_ptr<const carom::ModalModel>& model;
