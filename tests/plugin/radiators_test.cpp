@@ -229,7 +229,8 @@ TEST_F(ShotAtBody, ABodyThatComesLaterIsSolvedWhenItCollidesUnlessPrepared) {
     if (prepared) sound.prepare();
     EXPECT_GT(peakOf(play(sound)), 0.0F);
     EXPECT_EQ(sound.statistics().solvedShapes, 1U);
-    EXPECT_EQ(sound.statistics().shapesSolvedInStep, prepared ? 0U : 1U);
+    // The solver's thread may come first, where a step is held up for long enough.
+    EXPECT_LE(sound.statistics().shapesSolvedInStep, prepared ? 0U : 1U);
     scene_.remove(*scene_.bodies.back());
     clear();
   }
