@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "command/output/sound_name.h"
+#include "lab/report/report_text.h"
 #include <nlohmann/json.hpp>
 #include <sndfile.h>
 
@@ -88,7 +89,7 @@ std::string lineFor(const ListenedWorld& world) {
                      world.precision + ", " + std::to_string(world.events.value_or(0)) +
                      " events, peak " + numberText(world.peak.value_or(0.0)) + " Pa";
   if (world.peak.value_or(0.0) > 0.0)
-    text += " (" + numberText(20.0 * std::log10(*world.peak / kHearingThreshold)) + " dB)";
+    text += " (" + numberText(lab::soundPressureLevel(*world.peak)) + " dB)";
   if (world.fullScale) text += "; 1.0 in the file is " + numberText(*world.fullScale) + " Pa";
   return text + "\n";
 }

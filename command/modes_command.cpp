@@ -257,7 +257,7 @@ int ModesCommand::run() const {
   capMemory(run_.limits().memory);
   ResourceWatch watch(run_.limits());
   std::string limit;
-  // What comes from the cache makes no progress, and is free.
+  // A model from the cache makes no progress: it costs nothing.
   bool isPriceTold = talk().isQuiet() || talk().isJson;
   ProgressBar bar("modes of " + std::filesystem::path(mesh_).filename().string());
   Result<MeshAnalysis> analysis =

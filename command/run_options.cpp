@@ -8,6 +8,8 @@
 #include <sys/resource.h>
 
 #include "scenes/limits/machine_memory.h"
+#include "scenes/run/bullet_only.h"
+#include "scenes/run/native_only.h"
 
 namespace carom::command {
 
@@ -81,6 +83,11 @@ void addKeepPartial(CLI::App& command, RunOptions& options) {
       .add_flag("--keep-partial", options.keepPartial,
                 "keep what a limit cuts off, as NAME.incomplete.wav")
       ->group(kRunLimits);
+}
+
+Status validateRun(const scenes::Scene& scene) {
+  return scene.stepper.type == scenes::StepperType::bullet ? scenes::validateForBullet(scene)
+                                                           : scenes::validateForNative(scene);
 }
 
 int endedEarly(const std::string& file, const scenes::EndedEarly& ended, const std::string& kept) {

@@ -2,6 +2,8 @@
 
 #include <string>
 
+#include "carom/audio/result.h"
+#include "scenes/format/scene.h"
 #include "scenes/limits/run_guard.h"
 
 namespace CLI {
@@ -30,6 +32,9 @@ void addResourceLimits(CLI::App& command, RunOptions& options);
 void addLimits(CLI::App& command, RunOptions& options);
 /// Adds --keep-partial.
 void addKeepPartial(CLI::App& command, RunOptions& options);
+
+/// True if the stepper that a scene names can run it; the reason if not.
+Status validateRun(const scenes::Scene& scene);
 
 /// Says on stderr why a run has ended, and what is left of it. Returns kLimited.
 int endedEarly(const std::string& file, const scenes::EndedEarly& ended, const std::string& kept);

@@ -15,6 +15,7 @@
 #include "command/command_line.h"
 #include "command/output/output_target.h"
 #include "command/progress_bar.h"
+#include "lab/report/report_text.h"
 #include <CLI/CLI.hpp>
 #include <Eigen/Dense>
 #include <nlohmann/json.hpp>
@@ -277,8 +278,8 @@ int StrikeCommand::run() const {
   }
   std::ostringstream text;
   text << target->shown() << ": " << report->duration << " s, peak " << report->peak << " Pa ("
-       << 20.0 * std::log10(std::max(report->peak, 1e-12) / kHearingThreshold) << " dB), "
-       << model->modes.size() << " modes, contact of " << 1e3 * report->contact << " ms\n";
+       << lab::soundPressureLevel(std::max(report->peak, 1e-12)) << " dB), " << model->modes.size()
+       << " modes, contact of " << 1e3 * report->contact << " ms\n";
   return answer(text.str());
 }
 

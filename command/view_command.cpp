@@ -25,8 +25,6 @@
 #include "scenes/limits/run_guard.h"
 #include "scenes/recording/recorded_run.h"
 #include "scenes/recording/recorded_scene.h"
-#include "scenes/run/bullet_only.h"
-#include "scenes/run/native_only.h"
 
 namespace carom::command {
 
@@ -142,9 +140,8 @@ MadeView readView(const std::string& file, bool isConfined) {
 
 MadeView runView(const std::string& file, const Scene& scene, const RunLimits& limits,
                  ViewOptions options) {
-  const Status valid = scene.stepper.type == StepperType::bullet ? validateForBullet(scene)
-                                                                 : validateForNative(scene);
-  if (!valid) return NoView{fail(kBadInput, file + ": " + valid.error().message)};
+  if (const Status valid = validateRun(scene); !valid)
+    return NoView{fail(kBadInput, file + ": " + valid.error().message)};
   ProgressBar bar("running " + scene.name);
   RunGuard guard(scene, limits);
   const ViewOptions shown = optionsWith(bar);

@@ -9,8 +9,7 @@
 #include <variant>
 
 #include "command/terminal/terminal.h"
-
-#include "carom/audio/synth_settings.h"
+#include "lab/report/report_text.h"
 
 namespace carom::command {
 
@@ -86,7 +85,7 @@ std::vector<std::string> outsideWarnings(const Scene& scene) {
 
 /// Returns the option that gives the peak room: the next whole dB.
 std::string roomFor(double peak) {
-  const double level = std::ceil(20.0 * std::log10(peak / kHearingThreshold));
+  const double level = std::ceil(lab::soundPressureLevel(peak));
   return "--full-scale " + numberText(std::min(level, kHighestLevel), 3) + "dB";
 }
 

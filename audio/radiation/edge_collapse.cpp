@@ -5,6 +5,8 @@
 #include <cmath>
 #include <compare>
 #include <cstdint>
+#include <functional>
+#include <iterator>
 #include <queue>
 #include <utility>
 #include <vector>

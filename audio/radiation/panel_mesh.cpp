@@ -332,8 +332,9 @@ SurfaceMesh clusteredSurface(const SurfaceMesh& mesh, std::size_t most) {
   const double volume = signedVolume(mesh);
   const double lost = std::abs(signedVolume(clusters) - volume);
   if (lost <= kMostLost * volume && !isFolded(clusters)) return clusters;
+  const double extent = extentOf(mesh);
   for (const double deviation : kDeviations) {
-    SurfaceMesh collapsed = collapsedSurface(mesh, most, deviation * extentOf(mesh));
+    SurfaceMesh collapsed = collapsedSurface(mesh, most, deviation * extent);
     if (collapsed.triangles.size() <= most) return collapsed;
   }
   return clusters;

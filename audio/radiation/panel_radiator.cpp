@@ -210,16 +210,14 @@ Result<PanelSolution> solvePanels(const SurfaceMesh& surface, const PanelSetting
   const std::size_t most = sharp && settings.extrapolate ? settings.panels / 4 : settings.panels;
   SurfaceMesh base = clusteredSurface(*clean, most);
   // A body that does not survive on so few triangles is solved once, on as many as may be.
-  if (!hasSurvived(base, *clean)) base = clusteredSurface(*clean, settings.panels);
+  if (most < settings.panels && !hasSurvived(base, *clean))
+    base = clusteredSurface(*clean, settings.panels);
   if (!keepsVolume(base, *clean)) {
     return Error{"surface: simplified from " + std::to_string(clean->triangles.size()) + " to " +
                  std::to_string(base.triangles.size()) + " triangles it has " +
                  std::to_string(signedVolume(base) / signedVolume(*clean)) +
                  " of its volume; expected a simpler mesh, or more panels"};
   }
-  const Error unsolved = {
-      "surface: the flow of air around it has no solution on its triangles; expected a simpler "
-      "mesh, or one whose parts are thicker beside their triangles"};
   PanelSolution solution = solveUnit(base, settings, sharp);
   Mat6& added = solution.radiator.addedVolume;
   added *= scale * scale * scale;
@@ -228,7 +226,10 @@ Result<PanelSolution> solvePanels(const SurfaceMesh& surface, const PanelSetting
   solution.radiator.volume = volume;
   solution.radiator = solution.radiator.about(-centroid);
   added = symmetricPart(added);
-  if (!(solution.radiator.radius() > 0.0) || !added.allFinite()) return unsolved;
+  if (!(solution.radiator.radius() > 0.0) || !added.allFinite())
+    return Error{
+        "surface: the flow of air around it has no solution on its triangles; expected a simpler "
+        "mesh, or one whose parts are thicker beside their triangles"};
   return solution;
 }
 

@@ -6,8 +6,8 @@
 
 namespace carom::command {
 
-// What makes shells complete the words of a command line: commands, options, and what they take.
-// Scenes and materials are asked for by the shell when it completes, as `carom scenes -q`.
+// Scripts by which shells complete the words of a command line: commands, options, and what they
+// take. Scenes and materials are asked for by the shell when it completes, as `carom scenes -q`.
 
 std::string bashCompletion(const CommandHelp& program);
 /// For `site-functions/_carom`, and to be sourced.

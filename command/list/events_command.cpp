@@ -1,7 +1,6 @@
 #include "command/list/events_command.h"
 
 #include <array>
-#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -13,17 +12,15 @@
 #include "command/command_line.h"
 #include "command/library/scene_library.h"
 #include "command/progress_bar.h"
+#include "lab/report/report_text.h"
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include "audio/io/byte_file.h"
-#include "carom/audio/synth_settings.h"
 #include "scenes/format/scene_loader.h"
 #include "scenes/recording/recorded_run.h"
 #include "scenes/recording/recorded_scene.h"
 #include "scenes/rows/events_file.h"
-#include "scenes/run/bullet_only.h"
-#include "scenes/run/native_only.h"
 #include "scenes/run/render.h"
 
 namespace carom::command {
@@ -91,9 +88,8 @@ MadeRows rowsOfRun(const std::string& file, bool isConfined, const RunLimits& li
 MadeRows rowsOfScene(const std::string& file, bool isConfined, const RunLimits& limits) {
   const Result<Scene> scene = loadScene(file, {.confined = isConfined});
   if (!scene) return fail(kBadInput, scene.error().message);
-  const Status valid = scene->stepper.type == StepperType::bullet ? validateForBullet(*scene)
-                                                                  : validateForNative(*scene);
-  if (!valid) return fail(kBadInput, file + ": " + valid.error().message);
+  if (const Status valid = validateRun(*scene); !valid)
+    return fail(kBadInput, file + ": " + valid.error().message);
   return rowsOf(file, *scene, {}, limits);
 }
 
@@ -101,10 +97,6 @@ MadeRows rowsOfFile(const std::string& file) {
   const Result<std::vector<std::byte>> bytes = audio::readBytes(file);
   if (!bytes) return fail(kBadInput, file + ": " + bytes.error().message);
   return std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size());
-}
-
-double levelOf(double pressure) {
-  return 20.0 * std::log10(pressure / kHearingThreshold);
 }
 
 nlohmann::ordered_json jsonOf(const ListedCollision& collision) {
@@ -118,7 +110,7 @@ nlohmann::ordered_json jsonOf(const ListedCollision& collision) {
   object["position_m"] = {collision.position.x(), collision.position.y(), collision.position.z()};
   object["peak_pa"] = collision.peak;
   object["level_db"] = nullptr;
-  if (collision.peak > 0.0) object["level_db"] = levelOf(collision.peak);
+  if (collision.peak > 0.0) object["level_db"] = lab::soundPressureLevel(collision.peak);
   object["heard"] = collision.isHeard;
   return object;
 }
@@ -145,7 +137,7 @@ std::string tableOf(const std::vector<ListedCollision>& collisions) {
     text += std::string(numbers.data()) + "  " + padded(names[row], width);
     std::snprintf(numbers.data(), numbers.size(), "  %11.4g  %9.4g  %7.4g  %6.1f",
                   collision.impulse, collision.approachSpeed, collision.peak,
-                  collision.peak > 0.0 ? levelOf(collision.peak) : 0.0);
+                  collision.peak > 0.0 ? lab::soundPressureLevel(collision.peak) : 0.0);
     text += collision.isHeard ? numbers.data() : std::string(numbers.data()) + "  not heard";
     text += '\n';
   }

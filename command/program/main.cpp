@@ -231,12 +231,6 @@ int renderInto(const Arguments& arguments, const OutputTarget& target, const Sce
   return endedEarly(arguments.scene, *report->endedEarly, report->file.string());
 }
 
-// Refuses a scene that its stepper cannot run.
-Status validateRun(const Scene& scene) {
-  return scene.stepper.type == StepperType::bullet ? validateForBullet(scene)
-                                                   : validateForNative(scene);
-}
-
 // Settles where the sound goes; refuses what cannot be written there, before anything is read.
 Result<OutputTarget> soundTarget(Arguments& arguments, const std::string& input) {
   if (arguments.output.empty()) {

@@ -60,10 +60,6 @@ std::string planText(const Plan& plan, Detail detail) {
   return text;
 }
 
-double soundPressureLevel(double pressure) {
-  return 20.0 * std::log10(pressure / kHearingThreshold);
-}
-
 const char* stepperName(StepperType type) {
   return type == StepperType::native ? "native" : "bullet";
 }
@@ -329,6 +325,10 @@ Json endedJson(const std::optional<EndedEarly>& ended) {
           {"what", ended->what},
           {"pointer", ended->pointer},
           {"time_s", ended->time}};
+}
+
+double soundPressureLevel(double pressure) {
+  return 20.0 * std::log10(pressure / kHearingThreshold);
 }
 
 Json numberJson(double value) {

@@ -22,6 +22,9 @@ using namespace scenes;
 
 /// The output of the commands: text for people, JSON with stable keys for programs (docs/cli.md).
 
+/// Returns the level in dB over 20 uPa of a pressure in Pa; minus infinity for 0.
+double soundPressureLevel(double pressure);
+
 /// Returns a number, or null for infinity and NaN, which JSON has no number for.
 nlohmann::ordered_json numberJson(double value);
 

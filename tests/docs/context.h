@@ -1,5 +1,6 @@
-// What the fragments of C++ in the pages take as given. docs_snippets compiles each fragment as the
-// body of a function in the namespace of its page, page_NAME, or in page_any if it has none here.
+// Names that the fragments of C++ in the pages take as given. docs_snippets compiles each fragment
+// as the body of a function in the namespace of its page, page_NAME, or in page_any if it has none
+// here.
 
 #pragma once
 

@@ -1,4 +1,4 @@
-// What the fragments of C in the pages take as given; see context.h.
+// Names that the fragments of C in the pages take as given; see context.h.
 
 #pragma once
 
