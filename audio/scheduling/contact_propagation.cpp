@@ -71,7 +71,7 @@ bool ContactPropagation::propagate(const ContactSource& source) {
   clicks_.clear();
   ears_.clear();
   peaks_.assign(paths_->channels.size(), 0.0);
-  clickPeak_ = modalPeak_ = 0.0;
+  clickPeak_ = modalPeak_ = modalBound_ = 0.0;
   if (source.recoil != nullptr)
     source.recoil->combine(source.motion.linear, source.motion.angular, recoil_);
   for (std::uint32_t channel = 0; channel < paths_->channels.size(); ++channel)
@@ -80,11 +80,19 @@ bool ContactPropagation::propagate(const ContactSource& source) {
       if (!propagateTo(source, {chain, channel, image, path})) return false;
     }
   if (settings_.reverb && !propagateToReverb(source)) return false;
-  if (source.rings)
-    modalPeak_ = source.loudest == 0.0 ? exciter_.peak(*source.pulse, touchOf(source))
-                                       : exciter_.peak(source.train);
+  if (source.rings) boundRing(source);
   refusal_ = &SynthCounters::rejectedTooFar;
-  return clickPeak_ <= kLoudest && modalPeak_ <= kLoudest * source.ringShare;
+  return clickPeak_ <= kLoudest && modalBound_ <= kLoudest * source.ringShare;
+}
+
+void ContactPropagation::boundRing(const ContactSource& source) {
+  const double touch = touchOf(source);
+  if (source.loudest == 0.0) {
+    modalBound_ = exciter_.peak(*source.pulse, touch);
+    modalPeak_ = exciter_.loudness({*source.pulse, touch, source.train, source.duration});
+  } else {
+    modalPeak_ = modalBound_ = exciter_.peak(source.train);
+  }
 }
 
 ScheduledSound ContactPropagation::sound() const {
@@ -95,7 +103,7 @@ ScheduledSound ContactPropagation::sound() const {
     sound.clicks = clicks_;
     sound.ears = ears_;
   }
-  if (modalPeak_ > 0.0 && modalPeak_ >= settings_.audibleThreshold) {
+  if (modalBound_ > 0.0 && modalBound_ >= settings_.audibleThreshold) {
     sound.excitations = exciter_.excitations();
     sound.taps = exciter_.taps();
     sound.modalPeak = modalPeak_;

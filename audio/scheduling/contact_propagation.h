@@ -62,7 +62,8 @@ class ContactPropagation {
   std::uint64_t SynthCounters::*refusal() const { return refusal_; }
   /// Upper bound of the clicks at any listener, Pa.
   double clickPeak() const { return clickPeak_; }
-  /// Upper bound of the clicks and of what they excite at any listener, Pa, heard or not.
+  /// The loudest that the contact gets at any listener, heard or not, Pa: the upper bound of the
+  /// clicks or the estimate of what they excite.
   double peak() const { return std::max(clickPeak_, modalPeak_); }
   /// The clicks and excitations, each only if they can be heard. Valid until the next `propagate`.
   ScheduledSound sound() const;
@@ -88,6 +89,7 @@ class ContactPropagation {
 
   bool propagateTo(const ContactSource& source, const Route& route);
   bool propagateToReverb(const ContactSource& source);
+  void boundRing(const ContactSource& source);
   bool findPath(const ContactSource& source, const Route& route, PropagationPath& path) const;
   void hear(const ContactSource& source, const Route& route, const Arrival& arrival,
             std::size_t part, PropagationPath& path) const;
@@ -114,7 +116,8 @@ class ContactPropagation {
   RecoilFilters::Motion recoil_;     // of the current contact
   std::vector<double> peaks_;        // Pa, upper bounds of clicks_ by channel
   double clickPeak_ = 0.0;           // Pa, upper bound of clicks_
-  double modalPeak_ = 0.0;           // Pa, upper bound of the excitations
+  double modalPeak_ = 0.0;   // Pa, estimate of what the excitations sound like at their loudest
+  double modalBound_ = 0.0;  // Pa, upper bound of it for a contact of rigid bodies
   std::uint64_t SynthCounters::*refusal_ = nullptr;
 };
 

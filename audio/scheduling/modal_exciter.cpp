@@ -32,6 +32,10 @@ constexpr double kMostDamping = 0.5;
 /// followed, so that the oscillation of a mode at a node of its pattern is not lost in a 0.
 constexpr double kNode = 1e-12;
 constexpr double kForever = 1e9;  ///< s, for modes that nothing damps
+/// The loudest modes, whose drive is that of the very force; that of others is bounded.
+constexpr std::size_t kExactModes = 8;
+/// rad^2: the phase of a mode, squared, by which its stiffness holds what a force moves.
+constexpr double kHolding = 8.0;
 
 /// Unit normal of the triangle that the point is in.
 Vec3 normalAt(const SurfaceMesh& surface, const SurfacePoint& point) {
@@ -71,6 +75,14 @@ Complex earResponse(std::span<const double> response, double w) {
   Complex sum = 0.0;
   for (std::size_t tap = response.size(); tap-- > 0;)
     sum = sum * turn + response[tap];
+  return sum;
+}
+
+/// Integral of a force of these nodes times exp(i w u), w in rad per duration.
+Complex transformOf(std::span<const PulseNode> nodes, double w) {
+  Complex sum = 0.0;
+  for (const PulseNode& node : nodes)
+    sum += node.weight * std::polar(1.0, w * node.u);
   return sum;
 }
 
@@ -407,6 +419,36 @@ double ModalExciter::peak(const Pulse& pulse, double duration) {
   for (std::size_t mode = 0; mode < loudest_.size(); ++mode)
     sum += loudest_[mode] * spectrum.bound(source_->resonators->pole[mode].imag() * duration);
   return sum;
+}
+
+double ModalExciter::loudness(const Force& force) {
+  const PulseSpectrum& spectrum = spectra_.try_emplace(&force.pulse, force.pulse).first->second;
+  driven_.clear();
+  for (std::size_t mode = 0; mode < loudest_.size(); ++mode) {
+    const double bound = spectrum.bound(source_->resonators->pole[mode].imag() * force.touch);
+    driven_.emplace_back(loudest_[mode] * bound, mode);
+  }
+  const std::size_t exact = force.nodes.empty() ? 0 : std::min(kExactModes, driven_.size());
+  std::ranges::partial_sort(driven_, driven_.begin() + static_cast<std::ptrdiff_t>(exact),
+                            std::ranges::greater());
+  const double duration = force.nodes.empty() ? force.touch : force.duration;
+  const double strongest =
+      std::min(force.pulse.peakForce() / duration, paths_->settings.sampleRate);
+  double ringing = 0.0;
+  double pushed = 0.0;
+  for (std::size_t i = 0; i < driven_.size(); ++i) {
+    const auto [bound, mode] = driven_[i];
+    const double w = source_->resonators->pole[mode].imag();
+    const double turn = w * duration;
+    const double level =
+        i < exact ? loudest_[mode] * std::abs(transformOf(force.nodes, turn)) : bound;
+    ringing += level * level;
+    // A force accelerates a mode until its stiffness holds it, after a part of the period.
+    const double push = loudest_[mode] / w * strongest / (1.0 + turn * turn / kHolding);
+    pushed += push * push;
+  }
+  const double rest = loudestRest_ * strongest / paths_->settings.sampleRate;
+  return std::sqrt(std::max(2.0 * ringing, pushed)) + rest;
 }
 
 double ModalExciter::peak(std::span<const PulseNode> train) const {

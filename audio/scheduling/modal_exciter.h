@@ -139,6 +139,17 @@ class ModalExciter {
   /// Upper bound in Pa of the excitations so far, for a train of impulses (N s): as if all of them
   /// came at a mode's crests.
   double peak(std::span<const PulseNode> train) const;
+  /// The force of a blow over time: a pulse that lasts for a time (s), or nodes over a duration
+  /// (s).
+  struct Force {
+    const Pulse& pulse;
+    double touch = 0.0;
+    std::span<const PulseNode> nodes;  ///< in place of the pulse, if there are any
+    double duration = 0.0;
+  };
+  /// Estimate in Pa of the loudest moment of the excitations so far: the modes, as the force drives
+  /// them, add up in power, as their phases are anything at a listener.
+  double loudness(const Force& force);
   std::span<const ModalExcitation> excitations() const { return excitations_; }
   std::span<const double> taps() const { return taps_; }
 
@@ -183,9 +194,10 @@ class ModalExciter {
   /// as at the highest mode's frequency.
   double hears_ = 1.0;
   double loudestRest_ = 0.0;  // Pa, for the whole impulse within a sample, over all excitations
-  std::vector<std::complex<double>> amplitudes_;  // Pa, of the current excitation
-  std::vector<double> loudest_;                   // Pa, of each mode over all excitations
-  std::vector<double> powers_;                    // Pa^2, by mode, of the views so far
+  std::vector<std::complex<double>> amplitudes_;        // Pa, of the current excitation
+  std::vector<double> loudest_;                         // Pa, of each mode over all excitations
+  std::vector<double> powers_;                          // Pa^2, by mode, of the views so far
+  std::vector<std::pair<double, std::size_t>> driven_;  // Pa, bound, and mode, loudest first
   std::vector<ModalExcitation> excitations_;
   std::vector<double> taps_;
 };
