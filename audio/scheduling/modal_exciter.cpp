@@ -34,6 +34,7 @@ constexpr double kNode = 1e-12;
 constexpr double kForever = 1e9;  ///< s, for modes that nothing damps
 /// The loudest modes, whose drive is that of the very force; that of others is bounded.
 constexpr std::size_t kExactModes = 8;
+constexpr double kCounts = 0.05;  // share of the loudest one's: quieter ones add little
 /// rad^2: the phase of a mode, squared, by which its stiffness holds what a force moves.
 constexpr double kHolding = 8.0;
 
@@ -440,8 +441,9 @@ double ModalExciter::loudness(const Force& force) {
     const auto [bound, mode] = driven_[i];
     const double w = source_->resonators->pole[mode].imag();
     const double turn = w * duration;
+    const bool isExact = i < exact && bound >= kCounts * driven_.front().first;
     const double level =
-        i < exact ? loudest_[mode] * std::abs(transformOf(force.nodes, turn)) : bound;
+        isExact ? loudest_[mode] * std::abs(transformOf(force.nodes, turn)) : bound;
     ringing += level * level;
     // A force accelerates a mode until its stiffness holds it, after a part of the period.
     const double push = loudest_[mode] / w * strongest / (1.0 + turn * turn / kHolding);
