@@ -89,7 +89,10 @@ void ContactPropagation::boundRing(const ContactSource& source) {
   const double touch = touchOf(source);
   if (source.loudest == 0.0) {
     modalBound_ = exciter_.peak(*source.pulse, touch);
-    modalPeak_ = exciter_.loudness({*source.pulse, touch, source.train, source.duration});
+    const double loudness =
+        exciter_.loudness({*source.pulse, touch, source.train, source.duration});
+    // Whoever compares it with the threshold finds what is decided by the bound.
+    modalPeak_ = std::max(loudness, std::min(modalBound_, settings_.audibleThreshold));
   } else {
     modalPeak_ = modalBound_ = exciter_.peak(source.train);
   }

@@ -91,7 +91,7 @@ class ContactSoundScheduler {
   /// True if a lasting contact may be heard: a body that rings or is not smooth has been set.
   bool hearsContacts() const { return bodies_.anyModes() || bodies_.anyTexture(); }
 
-  /// Upper bound (Pa) at any listener of what was scheduled last, heard or not.
+  /// Pa, at any listener, of what was scheduled last, heard or not: ContactPropagation::peak.
   double lastPeak() const { return propagation_.peak(); }
   const SoundPaths& paths() const { return *paths_; }
   const SynthCounters& counters() const { return counters_; }

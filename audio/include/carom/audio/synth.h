@@ -98,9 +98,10 @@ class Synth {
   /// have travelled to. Refuses: no such listener, a pose that is not finite or not of unit length.
   Status placeListener(std::size_t listener, const ListenerPose& pose);
 
-  /// Schedules the sound of one body's share of a collision. Returns an upper bound (Pa) of its
-  /// peak at the loudest listener, be it the click's or that of what it sets ringing: 0 for an
-  /// event that gives no sound; below SynthSettings::audibleThreshold it is left out. May allocate.
+  /// Schedules the sound of one body's share of a collision. Returns its peak (Pa) at the loudest
+  /// listener: an upper bound of the click's or an estimate of what it sets ringing, the larger; 0
+  /// for an event that gives no sound. What cannot reach SynthSettings::audibleThreshold is left
+  /// out. May allocate.
   /// To be heard whole, the event is handed over at least `leadTime` before the clock of `render`
   /// reaches it (less the delay to the nearest listener).
   double schedule(const ImpulseEvent& event);
