@@ -2,20 +2,22 @@
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
-#include <span>
 
 namespace carom::audio {
+
+std::complex<double> transformOf(std::span<const PulseNode> nodes, double w) {
+  std::complex<double> sum = 0.0;
+  for (const PulseNode& node : nodes)
+    sum += node.weight * std::polar(1.0, w * node.u);
+  return sum;
+}
 
 PulseSpectrum::PulseSpectrum(const Pulse& pulse) : impulse_(std::abs(pulse.impulse())) {
   const std::span<const PulseNode> nodes = pulse.rule(Pulse::ruleCounts().back());
   const double ratio = std::log(kHighest / kLowest) / static_cast<double>(kSteps);
   for (std::size_t step = 0; step < kSteps; ++step) {
     const double w = kLowest * std::exp(ratio * static_cast<double>(step));
-    std::complex<double> sum = 0.0;
-    for (const PulseNode& node : nodes)
-      sum += node.weight * std::polar(1.0, w * node.u);
-    steps_[step] = std::abs(sum);
+    steps_[step] = std::abs(transformOf(nodes, w));
   }
   // Spectra have zeros; a bound has none.
   for (std::size_t step = kSteps - 1; step-- > 0;)

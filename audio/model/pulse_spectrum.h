@@ -1,11 +1,16 @@
 #pragma once
 
 #include <array>
+#include <complex>
 #include <cstddef>
+#include <span>
 
 #include "audio/model/pulse.h"
 
 namespace carom::audio {
+
+/// Integral of a force of these nodes times exp(i w u), w in rad per contact duration.
+std::complex<double> transformOf(std::span<const PulseNode> nodes, double w);
 
 /// An upper bound of a pulse's spectrum, and so of how strongly the pulse excites a mode.
 /// Immutable. [any thread]

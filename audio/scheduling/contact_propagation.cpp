@@ -80,12 +80,12 @@ bool ContactPropagation::propagate(const ContactSource& source) {
       if (!propagateTo(source, {chain, channel, image, path})) return false;
     }
   if (settings_.reverb && !propagateToReverb(source)) return false;
-  if (source.rings) boundRing(source);
+  if (source.rings) estimateRing(source);
   refusal_ = &SynthCounters::rejectedTooFar;
   return clickPeak_ <= kLoudest && modalBound_ <= kLoudest * source.ringShare;
 }
 
-void ContactPropagation::boundRing(const ContactSource& source) {
+void ContactPropagation::estimateRing(const ContactSource& source) {
   const double touch = touchOf(source);
   if (source.loudest == 0.0) {
     modalBound_ = exciter_.peak(*source.pulse, touch);

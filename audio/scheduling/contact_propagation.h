@@ -89,7 +89,7 @@ class ContactPropagation {
 
   bool propagateTo(const ContactSource& source, const Route& route);
   bool propagateToReverb(const ContactSource& source);
-  void boundRing(const ContactSource& source);
+  void estimateRing(const ContactSource& source);
   bool findPath(const ContactSource& source, const Route& route, PropagationPath& path) const;
   void hear(const ContactSource& source, const Route& route, const Arrival& arrival,
             std::size_t part, PropagationPath& path) const;

@@ -79,14 +79,6 @@ Complex earResponse(std::span<const double> response, double w) {
   return sum;
 }
 
-/// Integral of a force of these nodes times exp(i w u), w in rad per duration.
-Complex transformOf(std::span<const PulseNode> nodes, double w) {
-  Complex sum = 0.0;
-  for (const PulseNode& node : nodes)
-    sum += node.weight * std::polar(1.0, w * node.u);
-  return sum;
-}
-
 }  // namespace
 
 ModalExciter::Source::Source(const ResonatorSet& modes)
