@@ -67,11 +67,18 @@ ConvexPiece ConvexPiece::from(const btStaticPlaneShape& plane) {
 
 ConvexPiece ConvexPiece::from(const std::array<Vec3, 3>& triangle, double margin) {
   ConvexPiece piece;
-  piece.core_ = Core::triangle;
-  piece.corners_ = triangle;
+  piece.setTriangle(triangle);
   piece.margin_ = margin;
   piece.findBall();
   return piece;
+}
+
+void ConvexPiece::setTriangle(const std::array<Vec3, 3>& corners) {
+  core_ = Core::triangle;
+  corners_ = corners;
+  const Vec3 normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+  const double length = normal.norm();
+  if (length > 0.0) half_ = normal / length;
 }
 
 bool ConvexPiece::readPoints(const btConvexShape& shape) {
@@ -96,9 +103,8 @@ bool ConvexPiece::readPoints(const btConvexShape& shape) {
     return pointCount_ > 0;
   } else if (type == TRIANGLE_SHAPE_PROXYTYPE) {
     const auto& triangle = static_cast<const btTriangleShape&>(shape);
-    core_ = Core::triangle;
-    for (int i = 0; i < 3; ++i)
-      corners_[static_cast<std::size_t>(i)] = toVec3(triangle.getVertexPtr(i));
+    setTriangle({toVec3(triangle.getVertexPtr(0)), toVec3(triangle.getVertexPtr(1)),
+                 toVec3(triangle.getVertexPtr(2))});
   }
   return true;
 }
@@ -162,7 +168,7 @@ bool ConvexPiece::readSpheres(const btMultiSphereShape& shape) {
 
 void ConvexPiece::scaleBy(double factor) {
   margin_ *= factor;
-  half_ *= factor;
+  if (core_ != Core::triangle) half_ *= factor;
   halfHeight_ *= factor;
   if (core_ != Core::spheres) radius_ *= factor;
   scale_ *= factor;
@@ -184,7 +190,8 @@ ConvexPiece ConvexPiece::withSharpEdges() const {
 void ConvexPiece::place(const Eigen::Matrix3d& rotation, const Vec3& offset) {
   rotation_ = rotation;
   offset_ = offset;
-  ballCentre_ = offset + rotation * ballCentre_;
+  placed_ = !rotation.isIdentity(0.0) || !offset.isZero(0.0);
+  ballCentre_ = offset + rotation * ownBallCentre_;
 }
 
 Vec3 ConvexPiece::pointAt(int index) const {
@@ -192,7 +199,7 @@ Vec3 ConvexPiece::pointAt(int index) const {
 }
 
 void ConvexPiece::findBall() {
-  ballCentre_ = Vec3::Zero();
+  ballCentre_ = ownBallCentre_ = Vec3::Zero();
   switch (core_) {
     case Core::point:
     case Core::halfSpace:
@@ -220,7 +227,7 @@ void ConvexPiece::findBall() {
     low = corners_[0].cwiseMin(corners_[1]).cwiseMin(corners_[2]);
     high = corners_[0].cwiseMax(corners_[1]).cwiseMax(corners_[2]);
   }
-  ballCentre_ = 0.5 * (low + high);
+  ballCentre_ = ownBallCentre_ = 0.5 * (low + high);
   ballRadius_ = 0.5 * (high - low).norm();
   if (core_ != Core::points && core_ != Core::triangle) return;
   double farthest = 0.0;

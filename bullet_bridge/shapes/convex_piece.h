@@ -64,9 +64,15 @@ class ConvexPiece {
   double ball() const { return ballRadius_ + margin_; }  ///< m, radius around the surface
   /// Upper bound (m) of the distance of the core's points from the body's centre.
   double coreReach() const { return ballCentre_.norm() + ballRadius_; }
+  /// Centre (m) of that ball in the piece's own frame.
+  const Vec3& ownBallCentre() const { return ownBallCentre_; }
+  /// False if the piece's own frame is that of the body.
+  bool isPlaced() const { return placed_; }
 
-  const Vec3& planeNormal() const { return half_; }  ///< half spaces only
-  double planeConstant() const { return radius_; }   ///< m
+  /// Outward unit normal of a half space; of a triangle, to either side, or zero if it has no area.
+  const Vec3& planeNormal() const { return half_; }
+  const Vec3& anyCorner() const { return corners_[0]; }  ///< m, triangles only
+  double planeConstant() const { return radius_; }       ///< m
 
   /// Returns the point of the core that lies farthest in a direction of any length.
   Vec3 support(const Vec3& direction) const;
@@ -80,6 +86,7 @@ class ConvexPiece {
   void readRound(const btConvexShape& shape);
   bool readPoints(const btConvexShape& shape);
   bool readSpheres(const btMultiSphereShape& shape);
+  void setTriangle(const std::array<Vec3, 3>& corners);
   void scaleBy(double factor);
   void findBall();
   Vec3 pointAt(int index) const;
@@ -97,9 +104,11 @@ class ConvexPiece {
   Eigen::Matrix3d rotation_ = Eigen::Matrix3d::Identity();
   Vec3 offset_ = Vec3::Zero();
   Vec3 ballCentre_ = Vec3::Zero();
+  Vec3 ownBallCentre_ = Vec3::Zero();
   double ballRadius_ = 0.0;
+  bool placed_ = false;
 
-  Vec3 half_ = Vec3::Zero();  // box: half extents; half space: outward normal
+  Vec3 half_ = Vec3::Zero();  // box: half extents; half space, triangle: normal
   int axis_ = 1;              // segment, cylinder, cone
   double radius_ = 0.0;       // cylinder, cone; half space: constant
   double halfHeight_ = 0.0;   // segment, cylinder, cone

@@ -9,140 +9,126 @@ namespace {
 
 constexpr double kBoundRounding = 8.0 * std::numeric_limits<double>::epsilon();
 
-// Upper bound (m/s^2) of the acceleration along n that rotation gives to the points of a piece.
-double centripetal(const Vec3& angularVelocity, const Vec3& tilt, double reach) {
-  return angularVelocity.norm() * tilt.norm() * reach;
+// How a direction turns within the horizon.
+struct Turning {
+  Vec3 velocity;         // rad/s
+  double tilting = 0.0;  // 1/s, |n'|, which is constant
+  double tilted = 0.0;   // how far n may come from where it is now
+};
+
+// Upper bound (m/s^2) of the acceleration along n that a body's rotation gives to the points of a
+// piece, as far as its centre from the body's at `reach`. With the body's angular velocity
+// omega = w + spin, a point at p feels
+//
+//     n.(omega x (omega x p)) - 2 n.(w x (omega x p)) + n.(w x (w x p))
+//         = n.((spin x w) x p) + n.(spin x (spin x p)).
+double accelerationOfPoints(const Vec3& spin, const Vec3& tilt, const Turning& turning,
+                            double reach) {
+  const double spinning = spin.norm();
+  const double tilting = std::min(spinning, tilt.norm() + turning.tilted * spinning);
+  return reach * (spin.cross(turning.velocity).norm() + spinning * tilting);
+}
+
+// The same of the centres, towards each other: of n.c, with n turning and c the path of one centre
+// seen from the other,
+//
+//     n.c'' - 2 n.(w x c') + n.(w x (w x c)).
+double accelerationOfCentres(const Motion& relative, const Vec3& normal, const Turning& turning,
+                             double horizon) {
+  const double acceleration = relative.acceleration.norm();
+  const double forces = turning.tilted * acceleration - normal.dot(relative.acceleration);
+  if (turning.tilting == 0.0) return std::max(forces, 0.0);
+  const double fastest = relative.velocity.norm() + acceleration * horizon;
+  const double farthest = relative.position.norm() + fastest * horizon;
+  const double across =
+      std::abs(normal.cross(turning.velocity).dot(relative.velocity)) +
+      turning.tilting * horizon * (acceleration + turning.velocity.norm() * fastest);
+  return std::max(forces, 0.0) + 2.0 * across +
+         turning.tilting * turning.velocity.norm() * farthest;
 }
 
 }  // namespace
 
-SeparationBound::SeparationBound(const Side& body, const Side& other, const Motion& relative,
-                                 const Vec3& normal, double horizon)
-    : body_(body.piece), other_(other.piece), normal_(normal) {
+SeparationBound::SeparationBound(const Pieces& pieces, const Direction& direction, double horizon)
+    : body_(pieces.body.piece), other_(pieces.other.piece), normal_(direction.normal) {
   const ConvexPiece& piece = *body_.piece;
   const ConvexPiece& against = *other_.piece;
+  const Motion& relative = pieces.relative;
   onHalfSpace_ = against.core() == ConvexPiece::Core::halfSpace;
-  distance_ = normal.dot(relative.position) - piece.margin() - against.margin();
-  rate_ = normal.dot(relative.velocity);
-  rounding_ = kBoundRounding * (piece.coreReach() + std::abs(distance_));
-  if (onHalfSpace_) {
-    bodyTilt_ = normal.cross(body.angularVelocity - other.angularVelocity);
-    otherTilt_ = Vec3::Zero();
-    curvature_ =
-        centripetal(body.angularVelocity, normal.cross(body.angularVelocity), piece.coreReach());
-    boundHalfSpace(other.angularVelocity, relative, horizon);
-    if (other.angularVelocity.norm() > 0.0) {
-      curvature_ +=
-          2.0 * other.angularVelocity.norm() * body.angularVelocity.norm() * piece.coreReach();
-    }
-  } else {
-    bodyTilt_ = normal.cross(body.angularVelocity);
-    otherTilt_ = normal.cross(other.angularVelocity);
-    rounding_ += kBoundRounding * against.coreReach();
-    curvature_ = centripetal(body.angularVelocity, bodyTilt_, piece.coreReach()) +
-                 centripetal(other.angularVelocity, otherTilt_, against.coreReach());
-  }
+  Turning turning{onHalfSpace_ ? pieces.other.angularVelocity : direction.turning};
+  const Vec3 turned = turning.velocity.cross(normal_);
+  turning.tilting = turned.norm();
+  turning.tilted = std::min(2.0, turning.tilting * horizon);
+  const double reach = piece.coreReach();
+  distance_ = normal_.dot(relative.position) - piece.margin() - against.margin();
+  rounding_ = kBoundRounding * (reach + std::abs(distance_) + against.coreReach());
+  rate_ = normal_.dot(relative.velocity) + turned.dot(relative.position);
+  const Vec3 spin = pieces.body.angularVelocity - turning.velocity;
+  bodyTilt_ = normal_.cross(spin);
   // A bound that is not concave would not hold in between: accelerations that part the pieces are
   // left out.
-  curvature_ = std::max(curvature_ - normal.dot(relative.acceleration), 0.0);
+  curvature_ = accelerationOfCentres(relative, normal_, turning, horizon) +
+               accelerationOfPoints(spin, bodyTilt_, turning, reach);
+  if (onHalfSpace_) return;
+  const Vec3 otherSpin = pieces.other.angularVelocity - turning.velocity;
+  otherTilt_ = normal_.cross(otherSpin);
+  curvature_ += accelerationOfPoints(otherSpin, otherTilt_, turning, against.coreReach());
 }
 
-// Seen from the turning body, the height of a point at r over the plane has the acceleration
-//
-//     n.(a + omega' x (omega' x p)) - 2 n.(omega x v) - n.(omega x (omega x r)),    r = c + p,
-//
-// with the other's omega and, of a point p of the body, its omega' and the velocity v that the
-// turning frame sees. |n x omega| is constant, as n turns with omega.
-SeparationBound SeparationBound::turningWithOther(const Side& body, const Side& other,
-                                                  const Motion& relative, const Vec3& normal,
-                                                  double horizon) {
-  const ConvexPiece& piece = *body.piece.piece;
-  const ConvexPiece& against = *other.piece.piece;
-  const double distance = normal.dot(relative.position) - piece.margin() - against.margin();
-  SeparationBound bound(body, other, distance, normal);
-  const Vec3& turning = other.angularVelocity;
-  const Vec3 seen = relative.velocity - turning.cross(relative.position);
-  const Vec3 spin = body.angularVelocity - turning;
-  bound.rate_ = normal.dot(seen);
-  bound.bodyTilt_ = normal.cross(spin);
-  bound.otherTilt_ = Vec3::Zero();
-  bound.rounding_ = kBoundRounding * (piece.coreReach() + std::abs(distance) + against.coreReach());
-  const double tilting = normal.cross(turning).norm();
-  const double acceleration = relative.acceleration.norm();
-  const double fastest = relative.velocity.norm() + acceleration * horizon;
-  const double farthest = relative.position.norm() + fastest * horizon;
-  const double fastestSeen = seen.norm() + horizon * (acceleration + turning.norm() * fastest) +
-                             spin.norm() * piece.coreReach();
-  const double turned = tilting * horizon * acceleration;
-  bound.curvature_ =
-      std::max(turned - normal.dot(relative.acceleration), 0.0) +
-      tilting * (2.0 * fastestSeen + turning.norm() * farthest) +
-      spin.norm() * (body.angularVelocity.norm() + turning.norm()) * piece.coreReach();
-  return bound;
-}
-
-// Seen from a turning plane, points also feel the plane's rotation: the acceleration of their
-// height has a Coriolis and a centrifugal term.
-void SeparationBound::boundHalfSpace(const Vec3& angularVelocity, const Motion& relative,
-                                     double horizon) {
-  const double turning = angularVelocity.norm();
-  if (turning == 0.0) return;
-  rate_ -= normal_.dot(angularVelocity.cross(relative.position));
-  const double acceleration = relative.acceleration.norm();
-  const double fastest = relative.velocity.norm() + acceleration * horizon;
-  const double farthest = relative.position.norm() + fastest * horizon + body_.piece->coreReach();
-  // The acceleration's part along n turns with it, so all of it counts.
-  curvature_ += 2.0 * turning * fastest + turning * turning * farthest + 2.0 * acceleration;
-}
-
-double SeparationBound::at(double time) const {
+SeparationBound::Value SeparationBound::at(double time) const {
   const Vec3 below = normal_ + time * bodyTilt_;
-  double gap = distance_ + time * (rate_ - 0.5 * curvature_ * time);
-  gap += below.dot(body_.support(-below));
-  if (onHalfSpace_) return gap - other_.piece->planeConstant() - normal_.dot(other_.position);
+  const Vec3 lowest = body_.support(-below);
+  Value value{distance_ + time * (rate_ - 0.5 * curvature_ * time) + below.dot(lowest),
+              rate_ - curvature_ * time + bodyTilt_.dot(lowest)};
+  if (onHalfSpace_) {
+    value.gap -= other_.piece->planeConstant() + normal_.dot(other_.position);
+    return value;
+  }
   const Vec3 above = normal_ + time * otherTilt_;
-  return gap - above.dot(other_.support(above));
-}
-
-double SeparationBound::gapAtOnce(double& closingSpeed) const {
-  const Vec3 lowest = body_.support(-normal_);
-  double gap = distance_ + normal_.dot(lowest);
-  closingSpeed = -rate_ - bodyTilt_.dot(lowest);
-  if (onHalfSpace_) return gap - other_.piece->planeConstant() - normal_.dot(other_.position);
-  const Vec3 highest = other_.support(normal_);
-  closingSpeed += otherTilt_.dot(highest);
-  return gap - normal_.dot(highest);
+  const Vec3 highest = other_.support(above);
+  value.gap -= above.dot(highest);
+  value.slope -= otherTilt_.dot(highest);
+  return value;
 }
 
 bool SeparationBound::isClear(double horizon) const {
-  return at(horizon) > rounding_ && at(0.0) > rounding_;
+  return at(horizon).gap > rounding_ && at(0.0).gap > rounding_;
 }
 
+// The zero of b is closed in from both sides: a chord of a concave function lies below it, so that
+// b is not negative yet where the chord is zero; a tangent lies above it, so that b is not positive
+// any more where the tangent at a later time is zero.
 SeparationBound::Clear SeparationBound::clearTime(double horizon) const {
-  constexpr int kChords = 4;
-  double high = horizon;
-  double atHigh = at(high);
-  if (atHigh > 0.0) return {horizon, horizon};
-  double closing = 0.0;
-  const double gap = gapAtOnce(closing);
-  if (!(gap > 0.0)) return {0.0, 0.0};
-  // Time at which the two points that are nearest now would meet: b is zero there or, if others
-  // come first, negative.
-  const double root = closing + std::sqrt(closing * closing + 2.0 * curvature_ * gap);
-  if (2.0 * gap < root * high) {
-    high = 2.0 * gap / root;
-    atHigh = at(high);
-  }
-  Clear clear{0.0, high};
-  double atLow = gap;
-  if (atHigh >= -rounding_) return {high, high};
-  // A chord lies below a concave function: where it is zero, the function is not negative yet.
-  for (int chord = 0; chord < kChords && atLow > 0.1 * gap; ++chord) {
-    const double time = clear.until + (high - clear.until) * atLow / (atLow - atHigh);
-    const double value = at(time);
-    if (value < -rounding_ || !(time > clear.until)) break;
-    clear.until = time;
-    atLow = value;
+  constexpr int kRounds = 8;
+  constexpr double kCloseEnough = 0.9;  // of the time until b is zero
+  const Value end = at(horizon);
+  if (end.gap > 0.0) return {horizon, horizon, horizon};
+  Value low = at(0.0);
+  if (!(low.gap > 0.0)) return {};
+  Value high = end;
+  Clear clear{0.0, horizon, low.slope < 0.0 ? -low.gap / low.slope : horizon};
+  const auto narrow = [&](double time) {
+    const Value value = at(time);
+    if (value.gap >= -rounding_) {
+      clear.until = time;
+      low = value;
+    }
+    if (value.gap <= rounding_) {
+      clear.latest = time;
+      high = value;
+    }
+  };
+  // The two points that are nearest now would meet under the greatest acceleration: b is zero there
+  // or, if other points come first, negative.
+  const double root = std::sqrt(low.slope * low.slope + 2.0 * curvature_ * low.gap) - low.slope;
+  if (2.0 * low.gap < root * horizon) narrow(2.0 * low.gap / root);
+  for (int round = 0; round < kRounds && clear.until < kCloseEnough * clear.latest; ++round) {
+    const double tangent = clear.latest - high.gap / high.slope;
+    const double chord =
+        clear.until + (clear.latest - clear.until) * low.gap / (low.gap - high.gap);
+    const double time = round % 2 == 0 ? tangent : chord;
+    if (!(time > clear.until && time < clear.latest)) break;
+    narrow(time);
   }
   return clear;
 }

@@ -1,6 +1,7 @@
 #include "bullet_bridge/shapes/shape_pair.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -11,25 +12,81 @@
 namespace carom::bullet {
 namespace {
 
-// Remaining time (s) to an impact that is taken in one step.
+// Time (s) before an impact from which on the search ends, with a part of it left: where cores
+// touch, no digits of their distance are left to tell their normal.
 constexpr double kNearEnough = 1e-10;
+constexpr double kPartLeft = 0.1;
 
 using Core = ConvexPiece::Core;
 
-// Distance (m) by which rotation may move the centre of a piece's ball off the straight path of its
-// body.
-double turnOf(const MovingShape& moving, const Vec3& centre, double horizon) {
-  return std::min(moving.motion.angularVelocity.norm() * horizon, 2.0) * centre.norm();
+// Distance (m) by which rotation may move what is as far as `reach` (m) from a body's centre off
+// the path of that centre.
+double turnOf(const MovingShape& moving, double reach, double horizon) {
+  return std::min(moving.motion.angularVelocity.norm() * horizon, 2.0) * reach;
 }
 
 double sizeOf(const PlacedPiece& piece) {
   return piece.piece->core() == Core::halfSpace ? 0.0 : piece.piece->ball();
 }
 
+// Centre of the ball around a piece.
+Vec3 ballOf(const PlacedPiece& placed) {
+  return placed.toWorld(placed.piece->ownBallCentre());
+}
+
+// Relative to the centre of the piece's body, in axes parallel to the world's.
+PlacedPiece placedPiece(const ConvexPiece& piece, const Pose& pose) {
+  if (!piece.isPlaced()) return {&piece, pose.rotation, Vec3::Zero()};
+  return {&piece, pose.rotation * piece.rotation(), pose.rotation * piece.offset()};
+}
+
 CoreDistance moved(CoreDistance distance, const Vec3& by) {
   distance.distance -= distance.normal.dot(by);
   distance.point -= by;
   return distance;
+}
+
+// Points of a core that its nearest point lies between.
+struct Feature {
+  int points = 0;
+  Vec3 edge = Vec3::Zero();  // from one to another, in the frame of the piece
+
+  Feature(const NearestCorners& corners, Vec3 NearestCorners::Corner::*side) {
+    for (std::size_t i = 0; i < corners.count; ++i) {
+      const Vec3& point = corners.corners[i].*side;
+      bool isNew = true;
+      for (std::size_t before = 0; before < i; ++before)
+        isNew = isNew && corners.corners[before].*side != point;
+      if (isNew && points > 0) edge = point - corners.corners[0].*side;
+      points += isNew ? 1 : 0;
+    }
+  }
+};
+
+// Returns the angular velocity (rad/s) with which the normal of the nearest features turns: that of
+// the body that has a face there; otherwise the one that keeps the normal perpendicular to an edge
+// of one or of each.
+Vec3 turningWithFeatures(const NearestCorners& corners, const SeparationBound::Pieces& pieces,
+                         const Vec3& normal) {
+  constexpr double kParallel = 0.05;
+  const Feature feature(corners, &NearestCorners::Corner::body);
+  const Feature otherFeature(corners, &NearestCorners::Corner::other);
+  if (otherFeature.points > 2) return pieces.other.angularVelocity;
+  if (feature.points > 2) return pieces.body.angularVelocity;
+  const Vec3 edge = pieces.body.piece.rotation * feature.edge;
+  const Vec3 otherEdge = pieces.other.piece.rotation * otherFeature.edge;
+  // The speed along each edge at which the normal's end must move.
+  const double along = -normal.dot(pieces.body.angularVelocity.cross(edge));
+  const double alongOther = -normal.dot(pieces.other.angularVelocity.cross(otherEdge));
+  const double across = normal.dot(edge.cross(otherEdge));
+  Vec3 change = Vec3::Zero();
+  if (std::abs(across) > kParallel * edge.norm() * otherEdge.norm())
+    change = (along * otherEdge.cross(normal) + alongOther * normal.cross(edge)) / across;
+  else if (feature.points == 2)
+    change = (along / edge.squaredNorm()) * edge;
+  else if (otherFeature.points == 2)
+    change = (alongOther / otherEdge.squaredNorm()) * otherEdge;
+  return normal.cross(change);
 }
 
 // Distance and normal of cores that touch or overlap, taken from a copy of the first that is moved
@@ -77,6 +134,8 @@ bool ShapePair::set(const MovingShape& body, const MovingShape& other, double ho
   const auto hasAny = [](const Side& side) {
     return !side.leaves.empty() || !side.concave.empty();
   };
+  const Motion relative = body.motion.centre - other.motion.centre;
+  travel_ = horizon * (relative.velocity.norm() + 0.5 * horizon * relative.acceleration.norm());
   pairConvex();
   pairConcave(body_, other_, false);
   pairConcave(other_, body_, true);
@@ -143,7 +202,11 @@ void ShapePair::pairTriangles(Side& convex, const Leaf& leaf, Side& concave,
     const auto index = static_cast<std::uint32_t>(concave.pieces.size());
     concave.pieces.push_back(ConvexPiece::from(corners, margin));
     concave.pieces.back().place(mesh.rotation, mesh.offset);
-    addPair(leaf.piece, index, flipped);
+    Pair pair;
+    pair.first = leaf.piece;
+    pair.second = index;
+    pair.flipped = flipped;
+    pairs_.push_back(pair);
   });
 }
 
@@ -160,16 +223,12 @@ bool ShapePair::mayMeet(const Pair& pair) {
   const Side& first = firstOf(pair);
   const Side& second = secondOf(pair);
   const Placed placed = place(pair, 0.0);
-  const Motion relative = first.moving.motion.centre - second.moving.motion.centre;
-  double travel =
-      horizon_ * (relative.velocity.norm() + 0.5 * horizon_ * relative.acceleration.norm()) +
-      turnOf(first.moving, first.pieces[pair.first].ballCentre(), horizon_);
-  if (second.pieces[pair.second].core() == Core::halfSpace) {
-    travel += turnOf(second.moving, placed.centres, horizon_);
-  } else {
-    travel += turnOf(second.moving, second.pieces[pair.second].ballCentre(), horizon_);
-  }
-  const double gap = leastGap(placed);
+  const bool onHalfSpace = second.pieces[pair.second].core() == Core::halfSpace;
+  const Vec3& centre = onHalfSpace ? placed.centres : second.pieces[pair.second].ballCentre();
+  const double travel =
+      travel_ + turnOf(first.moving, first.pieces[pair.first].ballCentre().norm(), horizon_) +
+      turnOf(second.moving, centre.norm(), horizon_);
+  const double gap = ballGap(placed);
   if (!(gap > travel + reach_)) return true;
   leftOut_ = std::min(leftOut_, gap);
   return false;
@@ -184,29 +243,25 @@ const Pose& ShapePair::Side::poseAt(double s) const {
 ShapePair::Placed ShapePair::place(const Pair& pair, double s) const {
   const Side& first = firstOf(pair);
   const Side& second = secondOf(pair);
-  const Pose& pose = first.poseAt(s);
-  const Pose& secondPose = second.poseAt(s);
-  const ConvexPiece& piece = first.pieces[pair.first];
-  const ConvexPiece& against = second.pieces[pair.second];
   Placed placed;
-  placed.origin = pose.position;
+  placed.origin = first.poseAt(s).position;
   placed.centres = (first.moving.motion.centre - second.moving.motion.centre).positionAt(s);
-  placed.first = {&piece, pose.rotation * piece.rotation(), pose.rotation * piece.offset()};
-  placed.second = {&against, secondPose.rotation * against.rotation(),
-                   secondPose.rotation * against.offset() - placed.centres};
+  placed.first = placedPiece(first.pieces[pair.first], first.poseAt(s));
+  placed.second = placedPiece(second.pieces[pair.second], second.poseAt(s));
+  placed.second.position -= placed.centres;
   return placed;
 }
 
-// Centre of the ball around a piece. place() rotates the piece's own frame, but the ball's centre
-// is in the body's frame: it is taken back first.
-Vec3 ShapePair::ballOf(const PlacedPiece& placed) {
-  const ConvexPiece& piece = *placed.piece;
-  return placed.position +
-         placed.rotation * (piece.rotation().transpose() * (piece.ballCentre() - piece.offset()));
+// Returns the normal of the second piece towards the first if that is a triangle, otherwise zero.
+Vec3 ShapePair::faceTowards(const Placed& placed) {
+  if (placed.second.piece->core() != Core::triangle) return Vec3::Zero();
+  const Vec3 normal = placed.second.rotation * placed.second.piece->planeNormal();
+  const bool isAbove = normal.dot(ballOf(placed.first) - ballOf(placed.second)) >= 0.0;
+  return isAbove ? normal : Vec3(-normal);
 }
 
-// Lower bound (m) of the gap, from the balls around the pieces.
-double ShapePair::leastGap(const Placed& placed) {
+// A lower bound of the gap from the balls around the pieces.
+double ShapePair::ballGap(const Placed& placed) {
   const ConvexPiece& piece = *placed.first.piece;
   const ConvexPiece& against = *placed.second.piece;
   const Vec3 centre = ballOf(placed.first);
@@ -215,6 +270,18 @@ double ShapePair::leastGap(const Placed& placed) {
     return normal.dot(centre - placed.second.position) - against.planeConstant() - piece.ball();
   }
   return (centre - ballOf(placed.second)).norm() - piece.ball() - against.ball();
+}
+
+// A lower bound of the gap from balls and, of a triangle, from its plane.
+double ShapePair::leastGap(const Placed& placed) {
+  const double gap = ballGap(placed);
+  const Vec3 normal = faceTowards(placed);
+  if (normal.isZero(0.0)) return gap;
+  const ConvexPiece& piece = *placed.first.piece;
+  const ConvexPiece& against = *placed.second.piece;
+  const double height =
+      normal.dot(placed.first.support(-normal) - placed.second.toWorld(against.anyCorner()));
+  return std::max(gap, height - piece.margin() - against.margin());
 }
 
 double ShapePair::gapAt(Pair& pair, double s) {
@@ -249,15 +316,33 @@ Proximity ShapePair::proximityOf(Pair& pair, const Placed& placed, double enough
   return proximity;
 }
 
+// Puts the pieces first whose bounds are least: most of the others need not be looked at then.
+void ShapePair::orderByBounds(double s) {
+  order_.clear();
+  const bool isAlone = pairs_.size() == 1;
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    const double least = isAlone ? -kNever : leastGap(place(pairs_[i], s));
+    pairs_[i].least = std::isnan(least) ? -kNever : least;
+    order_.push_back(i);
+  }
+  std::ranges::sort(order_, {}, [this](std::size_t i) { return std::pair(pairs_[i].least, i); });
+}
+
 Proximity ShapePair::proximityAt(double s) {
+  orderByBounds(s);
   Proximity nearest;
   nearest.gap = kNever;
-  for (std::size_t i = 0; i < pairs_.size(); ++i) {
-    const Placed placed = place(pairs_[i], s);
-    if (leastGap(placed) > nearest.gap) continue;
-    Proximity proximity = proximityOf(pairs_[i], placed, nearest.gap);
+  for (const std::size_t i : order_) {
+    Pair& pair = pairs_[i];
+    if (!(pair.least < nearest.gap)) break;
+    Proximity proximity = proximityOf(pair, place(pair, s), nearest.gap);
     proximity.pair = i;
+    pair.least = std::min(proximity.gap, nearest.gap);
     if (proximity.gap < nearest.gap) nearest = proximity;
+  }
+  if (s == 0.0) {
+    for (Pair& pair : pairs_)
+      pair.apart = pair.least;
   }
   return nearest;
 }
@@ -279,7 +364,8 @@ double ShapePair::impactTime() {
   return earliest;
 }
 
-ShapePair::Relative ShapePair::relativeAt(const Pair& pair, const Placed& placed, double s) const {
+SeparationBound::Pieces ShapePair::piecesAt(const Pair& pair, const Placed& placed,
+                                            double s) const {
   const RigidMotion& first = firstOf(pair).moving.motion;
   const RigidMotion& second = secondOf(pair).moving.motion;
   const Motion centres = first.centre - second.centre;
@@ -300,7 +386,6 @@ CoreDistance ShapePair::nearDistance(Pair& pair, const Placed& placed) {
 
 double ShapePair::impactTime(Pair& pair, double horizon) {
   constexpr int kMaxSteps = 100;
-  constexpr int kSteadySteps = 1;
   double s = 0.0;
   if (clearsAlong(pair, horizon)) return kNever;
   if (pair.axis.isZero(0.0)) pair.axis = Vec3::UnitY();
@@ -314,45 +399,52 @@ double ShapePair::impactTime(Pair& pair, double horizon) {
     if (gap <= 4.0 * std::numeric_limits<double>::epsilon() * size) return s;
     pair.axis = distance.normal;
     const double left = horizon - s;
-    const Clear clear =
-        clearTime(relativeAt(pair, placed, s), pair.axis, left, step >= kSteadySteps);
+    const Clear clear = clearTime(pair, piecesAt(pair, placed, s), left);
     if (!(clear.until < left)) return kNever;
-    if (clear.estimated < kNearEnough) return s + clear.until;
-    s += clear.until;
+    if (clear.latest < kNearEnough) return s + (1.0 - kPartLeft) * clear.until;
+    s += std::max(clear.until - 0.5 * kNearEnough, 0.5 * clear.until);
   }
   return searchImpact(pair, s, horizon);
 }
 
-// Returns how long two pieces stay apart. If `turning`, directions are tried that turn with one of
-// the bodies, too: where a face of it slides, rolls or rocks close to contact, they stay clear
-// longest, and lead to an impact in the fewest steps.
-ShapePair::Clear ShapePair::clearTime(const Relative& relative, const Vec3& normal, double left,
-                                      bool turning) {
+// Returns how long two pieces stay apart, along the direction that lasts longest of those that fit:
+// one that turns with the features which are nearest, one that keeps still, and those that turn
+// with either body.
+ShapePair::Clear ShapePair::clearTime(const Pair& pair, const SeparationBound::Pieces& pieces,
+                                      double left) {
   constexpr double kGood = 0.7;  // of what the two nearest points would need to meet
-  const auto& [first, second, centres] = relative;
-  Clear best = SeparationBound(first, second, centres, normal, left).clearTime(left);
-  if (!turning || second.piece.piece->core() == Core::halfSpace) return best;
-  const auto keepLonger = [&](const SeparationBound& bound) {
-    const Clear clear = bound.clearTime(left);
-    if (clear.until > best.until) best = clear;
-  };
-  if (best.until < std::min(left, kGood * best.estimated))
-    keepLonger(SeparationBound::turningWithOther(first, second, centres, normal, left));
-  if (best.until < std::min(left, kGood * best.estimated))
-    keepLonger(SeparationBound::turningWithOther(second, first, Motion{} - centres, -normal, left));
+  if (pieces.other.piece.piece->core() == Core::halfSpace)
+    return SeparationBound(pieces, {pair.axis}, left).clearTime(left);
+  Clear best;
+  const std::array<Vec3, 4> turnings{turningWithFeatures(pair.corners, pieces, pair.axis),
+                                     Vec3::Zero(), pieces.other.angularVelocity,
+                                     pieces.body.angularVelocity};
+  for (std::size_t i = 0; i < turnings.size(); ++i) {
+    if (i > 0 && turnings[i] == turnings[0]) continue;
+    const Clear clear = SeparationBound(pieces, {pair.axis, turnings[i]}, left).clearTime(left);
+    if (i == 0 || clear.until > best.until) best = clear;
+    if (!(best.until < std::min(left, kGood * best.nearest))) break;
+  }
   return best;
 }
 
-// True if two pieces surely do not meet, by the direction in which they were apart when that was
-// looked at last, or from centre to centre. A half space's own normal is found at once.
+// True if two pieces surely do not meet: they are too far apart, or stay apart along the direction
+// in which they were when that was looked at last, or along a triangle's normal, or from centre to
+// centre. A half space's own normal is found at once.
 bool ShapePair::clearsAlong(const Pair& pair, double horizon) const {
-  if (secondOf(pair).pieces[pair.second].core() == Core::halfSpace) return false;
+  const ConvexPiece& piece = firstOf(pair).pieces[pair.first];
+  const ConvexPiece& against = secondOf(pair).pieces[pair.second];
+  if (against.core() == Core::halfSpace) return false;
   const Placed placed = place(pair, 0.0);
-  const Vec3 direction = pair.axis.isZero(0.0)
-                             ? Vec3(ballOf(placed.first) - ballOf(placed.second)).normalized()
-                             : pair.axis;
-  const auto [first, second, centres] = relativeAt(pair, placed, 0.0);
-  return SeparationBound(first, second, centres, direction, horizon).isClear(horizon);
+  const double apart = pair.apart > 0.0 ? pair.apart : leastGap(placed);
+  if (apart > travel_ + turnOf(firstOf(pair).moving, piece.coreReach(), horizon) +
+                  turnOf(secondOf(pair).moving, against.coreReach(), horizon))
+    return true;
+  Vec3 direction = pair.axis;
+  if (direction.isZero(0.0)) direction = faceTowards(placed);
+  if (direction.isZero(0.0))
+    direction = Vec3(ballOf(placed.first) - ballOf(placed.second)).normalized();
+  return SeparationBound(piecesAt(pair, placed, 0.0), {direction}, horizon).isClear(horizon);
 }
 
 // Searches for the impact that advancement could not settle, of a pair that slides within rounding

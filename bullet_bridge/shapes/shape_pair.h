@@ -98,6 +98,8 @@ class ShapePair {
     bool flipped = false;      // `first` belongs to `other`
     Vec3 axis = Vec3::Zero();  // latest known direction from second to first
     NearestCorners corners;    // as they were found last
+    double apart = 0.0;        // m, lower bound of the gap at time 0; not positive if not known
+    double least = 0.0;        // m, lower bound of the gap at the latest time that was asked for
   };
   struct Placed {
     PlacedPiece first, second;  // relative to the centre of first's body
@@ -116,18 +118,16 @@ class ShapePair {
   const Side& secondOf(const Pair& pair) const { return pair.flipped ? body_ : other_; }
   Placed place(const Pair& pair, double s) const;
   double gapAt(Pair& pair, double s);
+  void orderByBounds(double s);
   double impactTime(Pair& pair, double horizon);
   double searchImpact(Pair& pair, double from, double horizon);
-  struct Relative {
-    SeparationBound::Side first, second;
-    Motion centres;  // of first's centre, seen from second's
-  };
-  Relative relativeAt(const Pair& pair, const Placed& placed, double s) const;
+  SeparationBound::Pieces piecesAt(const Pair& pair, const Placed& placed, double s) const;
   static CoreDistance nearDistance(Pair& pair, const Placed& placed);
   bool clearsAlong(const Pair& pair, double horizon) const;
   using Clear = SeparationBound::Clear;
-  static Clear clearTime(const Relative& relative, const Vec3& normal, double left, bool turning);
-  static Vec3 ballOf(const PlacedPiece& placed);
+  static Clear clearTime(const Pair& pair, const SeparationBound::Pieces& pieces, double left);
+  static Vec3 faceTowards(const Placed& placed);
+  static double ballGap(const Placed& placed);
   static double leastGap(const Placed& placed);
   // A gap of more than `enough` (m) may be found too large.
   static Proximity proximityOf(Pair& pair, const Placed& placed, double enough);
@@ -136,8 +136,10 @@ class ShapePair {
   Side body_, other_;
   double horizon_ = 0.0;
   double reach_ = 0.0;
+  double travel_ = 0.0;  // m, how far the centres may come towards each other
   double leftOut_ = 0.0;
   std::vector<Pair> pairs_;
+  std::vector<std::size_t> order_;
   std::vector<Vec3> corners_;
   std::vector<Vec3> patch_;
 };

@@ -1,8 +1,11 @@
 #include "bullet_bridge/shapes/shape_pair.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <numbers>
 
 #include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
 #include <gtest/gtest.h>
@@ -288,34 +291,26 @@ struct MovingBox {
   }
 };
 
-// Times (s) until which two boxes are surely apart along the normal of their distance at the start.
-struct ClearUntil {
-  double still = 0.0;
-  double turning = 0.0;
+// Time (s) until which two boxes are surely apart along the normal of their distance at the start,
+// which turns.
+double clearUntil(const MovingBox& body, const MovingBox& other, const Vec3& turning) {
+  const Vec3 normal = coreDistance(body.placed(), other.placed(), Vec3::UnitY()).normal;
+  const auto sideOf = [](const MovingBox& box) {
+    SeparationBound::Side side{box.placed(), box.motion.angularVelocity};
+    side.piece.position.setZero();
+    return side;
+  };
+  const SeparationBound::Pieces pieces{sideOf(body), sideOf(other),
+                                       body.motion.centre - other.motion.centre};
+  return SeparationBound(pieces, {normal, turning}, kSubstep).clearTime(kSubstep).until;
+}
 
-  ClearUntil(const MovingBox& body, const MovingBox& other, double horizon) {
-    const Vec3 normal = coreDistance(body.placed(), other.placed(), Vec3::UnitY()).normal;
-    const auto sideOf = [](const MovingBox& box) {
-      SeparationBound::Side side{box.placed(), box.motion.angularVelocity};
-      side.piece.position.setZero();
-      return side;
-    };
-    const Motion relative = body.motion.centre - other.motion.centre;
-    const SeparationBound bound(sideOf(body), sideOf(other), relative, normal, horizon);
-    still = bound.clearTime(horizon).until;
-    turning =
-        SeparationBound::turningWithOther(sideOf(body), sideOf(other), relative, normal, horizon)
-            .clearTime(horizon)
-            .until;
-  }
-};
-
-TEST(SeparationBound, ADirectionThatTurnsWithABodyIsClearNoLongerThanTheBoxesAre) {
+TEST(SeparationBound, ADirectionThatTurnsIsClearNoLongerThanTheBoxesAre) {
   MovingBox body(Vec3(0.02, 0.05, 0.03));
   MovingBox other(Vec3(0.05, 0.03, 0.08));
   Random random(25);
   int compared = 0;
-  for (int trial = 0; trial < 200; ++trial) {
+  for (int trial = 0; trial < 600; ++trial) {
     body.motion = tumbling(random, 0.14, 8.0, 60.0);
     other.motion.orientation = random.orientation();
     other.motion.angularVelocity = 60.0 * random.inCube();
@@ -324,12 +319,14 @@ TEST(SeparationBound, ADirectionThatTurnsWithABodyIsClearNoLongerThanTheBoxesAre
       return by_hand::hullHullOrOverlap(body.cornersAt(s), other.cornersAt(s));
     };
     if (!(gap(0.0) > 0.0)) continue;
-    const double until = ClearUntil(body, other, kSubstep).turning;
+    const std::array<Vec3, 4> turnings{Vec3::Zero(), body.motion.angularVelocity,
+                                       other.motion.angularVelocity, 60.0 * random.inCube()};
+    const double until = clearUntil(body, other, turnings[static_cast<std::size_t>(trial % 4)]);
     if (until > 0.0) ++compared;
     for (int i = 0; i <= 20; ++i)
       EXPECT_GT(gap(until * i / 20.0), -1e-12);
   }
-  EXPECT_GT(compared, 100);
+  EXPECT_GT(compared, 300);
 }
 
 TEST(SeparationBound, BoxesThatTurnTogetherAMicrometreApartStayClearTenTimesAsLong) {
@@ -339,8 +336,26 @@ TEST(SeparationBound, BoxesThatTurnTogetherAMicrometreApartStayClearTenTimesAsLo
   body.motion.angularVelocity = other.motion.angularVelocity;
   body.motion.centre.position = Vec3(0.01, 0.08 + 1e-6, 0.02);
   body.motion.centre.velocity = other.motion.angularVelocity.cross(body.motion.centre.position);
-  const ClearUntil clear(body, other, kSubstep);
-  EXPECT_GT(clear.turning, 10.0 * clear.still);
+  EXPECT_GT(clearUntil(body, other, other.motion.angularVelocity),
+            10.0 * clearUntil(body, other, Vec3::Zero()));
+}
+
+// The edges cross at right angles; each body turns about the axis along the other's edge, so that
+// the normal has to turn with both.
+TEST(SeparationBound, CrossedEdgesThatTurnAMicrometreApartStayClearFiveTimesAsLong) {
+  MovingBox body(Vec3(0.05, 0.02, 0.02));
+  MovingBox other(Vec3(0.02, 0.02, 0.05));
+  const double quarter = std::numbers::pi / 4.0;
+  body.motion.orientation = Quat(Eigen::AngleAxisd(quarter, Vec3::UnitX()));
+  other.motion.orientation = Quat(Eigen::AngleAxisd(quarter, Vec3::UnitZ()));
+  const double height = 2.0 * toVec3(body.shape.getHalfExtentsWithMargin()).y() * std::sqrt(2.0);
+  body.motion.centre.position = Vec3(0.0, height + 1e-6, 0.0);
+  body.motion.angularVelocity = Vec3(0.0, 0.0, 3.0);
+  other.motion.angularVelocity = Vec3(3.0, 0.0, 0.0);
+  const double longest = std::max({clearUntil(body, other, Vec3::Zero()),
+                                   clearUntil(body, other, body.motion.angularVelocity),
+                                   clearUntil(body, other, other.motion.angularVelocity)});
+  EXPECT_GT(clearUntil(body, other, Vec3(3.0, 0.0, 3.0)), 5.0 * longest);
 }
 
 // A cylinder, cone, capsule or box, as a set with a projection and a margin.
