@@ -109,6 +109,7 @@ class CoupledContact {
   double retreatOfModes() const;
   double idleSteps();
   std::size_t leapBy(std::size_t steps);
+  void keepStates();
   void close(const CoupledImpact& impact, double end);
 
   double step_ = 0.0;          // s
@@ -124,6 +125,8 @@ class CoupledContact {
     Numbers im;
   };
   Numbers inverse_;  // 1/w
+  Numbers decay_;    // d
+  Numbers bend_;     // (d^2 + w^2)/w: of a state, its mode's greatest acceleration
   Numbers turnRe_;   // of a step
   Numbers turnIm_;
   Numbers giveRe_;  // the same over w
@@ -132,6 +135,8 @@ class CoupledContact {
   Numbers pushIm_;
   Numbers re_;
   Numbers im_;
+  Numbers leftRe_;  // as the last touch left them
+  Numbers leftIm_;
   Numbers nextRe_;  // scratch
   Numbers nextIm_;
   std::vector<Turn> leaps_;  // of 2^n steps, as far as they were needed
