@@ -194,7 +194,8 @@ int EventsCommand::answerWith(const std::string& rows) const {
   std::string text = input_ + ": " + std::to_string(all->size()) +
                      (all->size() == 1 ? " collision" : " collisions");
   if (shown.size() < all->size()) text += ", the " + std::to_string(shown.size()) + " loudest";
-  return answer(text + "; peaks are upper bounds\n" + (shown.empty() ? "" : tableOf(shown)));
+  return answer(text + "; peaks of clicks are upper bounds, of rings estimates\n" +
+                (shown.empty() ? "" : tableOf(shown)));
 }
 
 int EventsCommand::run() const {

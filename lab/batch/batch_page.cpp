@@ -255,7 +255,7 @@ std::string batchPage(const BatchPlan& plan, const BatchRows& rows) {
                              {"failures", failures}};
   std::string page(embedded_batch_html);
   fillPage(page, "<!--carom:style-->", embedded_page_css);
-  fillPage(page, "<!--carom:chart-->", embedded_chart_umd_min_js);
+  fillPage(page, "<!--carom:chart-->", embedded_chart_js);
   fillPage(
       page, "<!--carom:data-->",
       "<script type=\"application/json\" id=\"batch-data\">" + jsonInScript(data) + "</script>");

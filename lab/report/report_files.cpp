@@ -267,7 +267,7 @@ std::string reportHtml(std::span<const SceneReport> scenes) {
   data += jsonInScript(media);
   data += "</script>";
   fillPage(page, "<!--carom:style-->", embedded_page_css);
-  fillPage(page, "<!--carom:chart-->", embedded_chart_umd_min_js);
+  fillPage(page, "<!--carom:chart-->", embedded_chart_js);
   fillPage(page, "<!--carom:script-->", embedded_page_js);
   fillPage(page, "<!--carom:data-->", data);
   return page;

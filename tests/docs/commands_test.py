@@ -44,9 +44,10 @@ class Help:
         return found | {"-h", "--help"}
 
 
-def command_lines(block):
+def command_lines(block, also_refused=False):
     """Returns the lines of the block that are commands, with their line numbers, continuations joined. Where some
-    begin with a prompt, the others are what is printed; a command is left out whose refusal stands below it."""
+    begin with a prompt, the others are what is printed; a command whose refusal stands below it is left out unless it
+    is asked for."""
     lines, number = block.text.splitlines(), block.line
     prompts = any(re.match(r"\s*\$ ", line) for line in lines)
     index = 0
@@ -57,7 +58,7 @@ def command_lines(block):
             text = text[:-1] + " " + lines[index].strip()
         index += 1
         refused = index < len(lines) and re.match(r"carom[^$]*: unknown ", lines[index])
-        if not refused and (not prompts or re.match(r"\s*\$ ", text)):
+        if (also_refused or not refused) and (not prompts or re.match(r"\s*\$ ", text)):
             yield first, re.sub(r"^\s*\$ ", "", text).strip()
 
 
