@@ -21,6 +21,7 @@
 
 #include "audio/io/partial_file.h"
 #include "carom/modal/mesh_analysis.h"
+#include "carom/modal/mesh_check.h"
 #include "carom/modal/mesh_file.h"
 #include "scenes/format/model_file.h"
 
@@ -112,10 +113,25 @@ std::string modesText(const MeshAnalysis& analysis) {
   return text.str();
 }
 
-// Warns of findings that are no errors, but worth knowing; `sought` is the accuracy asked for.
+bool isOfSize(const MeshFinding& finding) {
+  return finding.fault == MeshFault::tooLarge || finding.fault == MeshFault::tooSmall;
+}
+
+void warnOf(const std::string& file, const MeshFinding& finding) {
+  warn(file + ": " + std::string(nameOf(finding.fault)) + ": " + finding.text);
+}
+
+// Warns of a size that is likely wrong: before the analysis, which would be in vain.
+void warnOfSize(const std::string& file, const SurfaceMesh& mesh) {
+  for (const MeshFinding& finding : checkMesh(mesh).findings)
+    if (isOfSize(finding)) warnOf(file, finding);
+}
+
+// Warns of other findings that are no errors, but worth knowing; `sought` is the accuracy asked
+// for.
 void warnOf(const std::string& file, const MeshAnalysis& analysis, std::optional<double> sought) {
   for (const MeshFinding& finding : analysis.findings)
-    warn(file + ": " + std::string(nameOf(finding.fault)) + ": " + finding.text);
+    if (!isOfSize(finding)) warnOf(file, finding);
   if (analysis.model.modes.empty())
     warn(file +
          ": no mode lies from 20 Hz to 20 kHz; is its size right? --scale says what one unit is");
@@ -237,6 +253,7 @@ int ModesCommand::run() const {
   if (!material) return fail(kBadInput, material.error().message);
   const Result<LoadedMesh> mesh = loadMesh(mesh_, {.scale = scale_});
   if (!mesh) return fail(kBadInput, mesh.error().message);
+  warnOfSize(mesh_, mesh->surface);
 
   MeshAnalysisSettings settings;
   if (thickness_ > 0.0) settings.body = BodyModel::shell;

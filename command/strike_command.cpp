@@ -40,6 +40,7 @@ constexpr double kLongest = 60.0;           // s
 constexpr double kFarthest = 1e4;           // limit of coordinates in m, and of impulses in N s
 constexpr double kNearest = 1e-3;           // m, least distance of the listener
 constexpr double kBefore = 0.02;            // s, silence before the impact
+constexpr double kHardlyHeard = -40.0;      // dB of full scale
 constexpr double kHammerRestitution = 0.5;  // of the impact of the hammer
 constexpr BodyId kBody = 0;
 constexpr BodyId kHammer = 1;
@@ -267,6 +268,12 @@ int StrikeCommand::run() const {
   if (!report) return fail(kFailed, report.error().message);
   if (!report->limit.empty()) return endedEarly(model_, watch, report->limit);
   if (const Status sent = target->finish(); !sent) return fail(kFailed, sent.error().message);
+  const double level = lab::soundPressureLevel(std::max(report->peak, 1e-12)) -
+                       lab::soundPressureLevel(file.fullScalePressure);  // dB
+  if (!normalize_ && level < kHardlyHeard)
+    warn(target->shown() + ": the peak is " + std::to_string(std::lround(level)) +
+         " dB of full scale, hardly heard: --normalize brings it up, --full-scale says what 1.0 "
+         "is, --listener where it is heard");
   if (json_) {
     nlohmann::ordered_json object;
     object["file"] = target->shown();

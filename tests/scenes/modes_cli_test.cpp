@@ -209,6 +209,15 @@ TEST_F(ModesCli, ScaleIsTheSizeOfOneUnit) {
   }
 }
 
+TEST_F(ModesCli, ASizeThatIsLikelyWrongIsToldOnceAndBeforeTheAnalysis) {
+  write("mm.obj", boxObj(1000.0));
+  const std::string said = carom(modes("mm.obj", {"--dofs", "600", "--no-cache"})).err;
+  const std::size_t size = said.find("too_large");
+  ASSERT_NE(size, std::string::npos) << said;
+  EXPECT_LT(size, said.find("12 triangles")) << said;
+  EXPECT_EQ(said.find("too_large", size + 1), std::string::npos) << said;
+}
+
 TEST_F(ModesCli, AnOpenMeshIsAShellOfTheThicknessGiven) {
   write("open.obj", boxObj(1.0, true));
   const std::vector<std::string> options = {"--no-cache", "--no-radiation", "--json"};
@@ -350,6 +359,13 @@ TEST_F(ModesCli, WithoutADurationItEndsWhenItIsSilent) {
   const Recording sound = readRecording(at("strike.wav"));
   EXPECT_LT(20.0 * std::abs(sound.samples.back()), 2e-5);
   EXPECT_GT(whole.at("peak_pa"), 0.1);
+}
+
+TEST_F(ModesCli, AStrikeThatIsHardlyHeardSaysHowItWouldBe) {
+  barModel();
+  const std::string said = carom(strike("bar.carom_modes", {"--full-scale", "1e5"})).err;
+  EXPECT_NE(said.find("dB of full scale, hardly heard: --normalize"), std::string::npos) << said;
+  EXPECT_EQ(carom(strike("bar.carom_modes", {"--normalize"})).err, "");
 }
 
 TEST_F(ModesCli, WrongUseOfStrikeIs2WithOneSentenceAndNothingIsWritten) {
