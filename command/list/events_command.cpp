@@ -153,9 +153,11 @@ EventsCommand::EventsCommand(CLI::App& app)
           "Tells of each collision when it is, who hits whom, how hard, and how loud it may be at "
           "the loudest listener: the peak is an upper bound, that of 'carom render --events'.")) {
   command_
-      ->add_option("FILE", input_,
-                   "a scene, by its file or its name in the library; a file of 'carom record'; or "
-                   "a CSV file of 'carom render --events'")
+      ->add_option(
+          "FILE", input_,
+          "a scene, by its file or its name in the library; a file of 'carom record' or of a "
+          "host's recordRun; or "
+          "a CSV file of 'carom render --events'")
       ->required()
       ->type_name("SCENE|FILE")
       ->transform(sceneName());

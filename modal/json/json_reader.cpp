@@ -96,6 +96,15 @@ std::string syntaxMessage(std::string_view what) {
   return withoutControls(message);
 }
 
+/// Returns which other kind of file it is that a text is taken from by mistake; empty if unknown.
+std::string_view otherFormatOf(std::string_view text) {
+  if (text.starts_with("RIFF") || text.starts_with("RF64") || text.starts_with("fLaC"))
+    return "a sound file";
+  if (text.starts_with("caromrun")) return "a recorded run, as of carom record";
+  if (text.starts_with("caromode")) return "a modal model, as of carom modes";
+  return {};
+}
+
 std::string lineAndColumn(std::string_view text, std::size_t position) {
   const std::string_view before = text.substr(0, position == 0 ? 0 : position - 1);
   const auto line = 1 + std::count(before.begin(), before.end(), '\n');
@@ -141,8 +150,10 @@ class DocumentBuilder final : public nlohmann::json_sax<json> {
       error_.record(pointer(), withoutControls(shortened(token, kMaxShownText)) +
                                    " is too large for a number; expected at most 1.8e308");
     } else {
+      const std::string_view other = otherFormatOf(text_);
       error_.record(lineAndColumn(text_, std::min(position, text_.size() + 1)),
-                    "this is not JSON: " + syntaxMessage(exception.what()));
+                    other.empty() ? "this is not JSON: " + syntaxMessage(exception.what())
+                                  : "this is not JSON but " + std::string(other));
     }
     return false;
   }
