@@ -15,6 +15,7 @@
 #include "command/command_line.h"
 #include "command/output/output_target.h"
 #include "command/progress_bar.h"
+#include "command/terminal/terminal.h"
 #include "lab/report/report_text.h"
 #include <CLI/CLI.hpp>
 #include <Eigen/Dense>
