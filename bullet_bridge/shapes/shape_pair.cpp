@@ -19,12 +19,6 @@ constexpr double kPartLeft = 0.1;
 
 using Core = ConvexPiece::Core;
 
-// Distance (m) by which rotation may move what is as far as `reach` (m) from a body's centre off
-// the path of that centre.
-double turnOf(const MovingShape& moving, double reach, double horizon) {
-  return std::min(moving.motion.angularVelocity.norm() * horizon, 2.0) * reach;
-}
-
 double sizeOf(const PlacedPiece& piece) {
   return piece.piece->core() == Core::halfSpace ? 0.0 : piece.piece->ball();
 }
@@ -122,6 +116,7 @@ bool ShapePair::set(const MovingShape& body, const MovingShape& other, double ho
   for (Side* side : {&body_, &other_}) {
     side->moving = side == &body_ ? body : other;
     side->posedAt = kNever;
+    side->turn = std::min(side->moving.motion.angularVelocity.norm() * horizon, 2.0);
     if (side->moving.parts != nullptr)
       static_cast<ShapeParts&>(*side) = *side->moving.parts;
     else
@@ -202,20 +197,27 @@ void ShapePair::pairTriangles(Side& convex, const Leaf& leaf, Side& concave,
     const auto index = static_cast<std::uint32_t>(concave.pieces.size());
     concave.pieces.push_back(ConvexPiece::from(corners, margin));
     concave.pieces.back().place(mesh.rotation, mesh.offset);
-    Pair pair;
-    pair.first = leaf.piece;
-    pair.second = index;
-    pair.flipped = flipped;
-    pairs_.push_back(pair);
+    pairs_.push_back(pairOf(leaf.piece, index, flipped));
   });
 }
 
-void ShapePair::addPair(std::uint32_t first, std::uint32_t second, bool flipped) {
+ShapePair::Pair ShapePair::pairOf(std::uint32_t first, std::uint32_t second, bool flipped) {
   Pair pair;
   pair.first = first;
   pair.second = second;
   pair.flipped = flipped;
+  return pair;
+}
+
+void ShapePair::addPair(std::uint32_t first, std::uint32_t second, bool flipped) {
+  const Pair pair = pairOf(first, second, flipped);
   if (mayMeet(pair)) pairs_.push_back(pair);
+}
+
+// Returns how far (m) what is as far as that from the centres of the two bodies may come towards
+// each other.
+double ShapePair::travelOf(const Pair& pair, double reach, double otherReach) const {
+  return travel_ + firstOf(pair).turn * reach + secondOf(pair).turn * otherReach;
 }
 
 // Tests the balls around the pieces.
@@ -225,9 +227,7 @@ bool ShapePair::mayMeet(const Pair& pair) {
   const Placed placed = place(pair, 0.0);
   const bool onHalfSpace = second.pieces[pair.second].core() == Core::halfSpace;
   const Vec3& centre = onHalfSpace ? placed.centres : second.pieces[pair.second].ballCentre();
-  const double travel =
-      travel_ + turnOf(first.moving, first.pieces[pair.first].ballCentre().norm(), horizon_) +
-      turnOf(second.moving, centre.norm(), horizon_);
+  const double travel = travelOf(pair, first.pieces[pair.first].ballCentre().norm(), centre.norm());
   const double gap = ballGap(placed);
   if (!(gap > travel + reach_)) return true;
   leftOut_ = std::min(leftOut_, gap);
@@ -437,9 +437,7 @@ bool ShapePair::clearsAlong(const Pair& pair, double horizon) const {
   if (against.core() == Core::halfSpace) return false;
   const Placed placed = place(pair, 0.0);
   const double apart = pair.apart > 0.0 ? pair.apart : leastGap(placed);
-  if (apart > travel_ + turnOf(firstOf(pair).moving, piece.coreReach(), horizon) +
-                  turnOf(secondOf(pair).moving, against.coreReach(), horizon))
-    return true;
+  if (apart > travelOf(pair, piece.coreReach(), against.coreReach())) return true;
   Vec3 direction = pair.axis;
   if (direction.isZero(0.0)) direction = faceTowards(placed);
   if (direction.isZero(0.0))

@@ -87,6 +87,7 @@ class ShapePair {
   using ConcaveLeaf = ShapeParts::ConcaveLeaf;
   struct Side : ShapeParts {
     MovingShape moving;
+    double turn = 0.0;  // how far a point at a distance of 1 from the centre may turn
     // The latest pose that was asked for, which many pieces share.
     mutable Pose pose;
     mutable double posedAt = std::numeric_limits<double>::infinity();  // s
@@ -111,7 +112,9 @@ class ShapePair {
   void pairTriangles(Side& convex, const Leaf& leaf, Side& concave, const ConcaveLeaf& mesh,
                      bool flipped);
   std::uint32_t variantAgainst(Side& side, Leaf& leaf, const Leaf& against);
+  static Pair pairOf(std::uint32_t first, std::uint32_t second, bool flipped);
   void addPair(std::uint32_t first, std::uint32_t second, bool flipped);
+  double travelOf(const Pair& pair, double reach, double otherReach) const;
   bool mayMeet(const Pair& pair);
 
   const Side& firstOf(const Pair& pair) const { return pair.flipped ? other_ : body_; }
