@@ -16,8 +16,10 @@ import warnings
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 sys.path.insert(0, os.environ["CAROM_PYTHON"])
+sys.path.insert(0, os.environ["CAROM_PAGES"])
 
 import carom
+import pages
 from stub_client import StubClient
 
 GRAVITY = 9.81
@@ -629,28 +631,53 @@ class Examples(unittest.TestCase):
                 self.assertGreater(row["collisions"][0]["peak_pa"], 0)
 
 
-@unittest.skipIf(carom.numpy is None, "the page's examples have arrays")
-class Page(unittest.TestCase):
-    """The examples in docs/pybullet.md run as they stand, over the stub in place of PyBullet."""
+@unittest.skipIf(carom.numpy is None, "the pages' examples have arrays")
+class Pages(unittest.TestCase):
+    """The examples in Python of all pages run as they stand, over the stub in place of PyBullet."""
 
-    def test_its_examples_run(self):
+    def run_code(self, code, folder):
+        """Runs it, and returns what it prints."""
         here = os.path.dirname(os.path.abspath(__file__))
-        with open(os.environ["CAROM_PAGE"], encoding="utf-8") as page:
-            examples = re.findall("```python\n(.*?)```", page.read(), re.DOTALL)
-        self.assertEqual(len(examples), 3)
-        plugin = os.path.join(os.environ["CAROM_PYTHON"], "libcarom_pybullet.so")
-        begin = "import pybullet as p\np.connect(p.DIRECT)\n"
-        with_plugin = begin + "\n".join(examples[1:]).replace(
-            "/path/to/libcarom_pybullet.so", plugin)
         environment = dict(os.environ, PYTHONPATH=os.pathsep.join(
             (os.path.join(here, "stub_modules"), os.environ["CAROM_PYTHON"])))
+        done = subprocess.run([sys.executable, "-c", code], env=environment, cwd=folder,
+                              capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, f"{code}\n{done.stderr}")
+        return done.stdout
+
+    def test_their_examples_run(self):
+        of_page = {}
+        for page in pages.pages():
+            examples = [block.text for block in pages.split(page)[0] if block.language == "python"]
+            if examples:
+                of_page[page.name] = examples
+        self.assertEqual({name: len(examples) for name, examples in of_page.items()},
+                         {"README.md": 1, "bullet_collision_sounds.md": 1, "pybullet.md": 4})
+        whole, recorded, loaded, asked = of_page["pybullet.md"]
+        plugin = os.path.join(os.environ["CAROM_PYTHON"], "libcarom_pybullet.so")
+        world = whole.split("sound = carom.attach(p)")[0]
+        fall = "for _ in range(96):\n    p.stepSimulation()\n"
         with tempfile.TemporaryDirectory() as folder:
-            outputs = [subprocess.run([sys.executable, "-c", code], env=environment, cwd=folder,
-                                      check=True, capture_output=True, text=True).stdout
-                       for code in (examples[0], with_plugin)]
+            first = self.run_code(whole, folder)
+            self.assertRegex(first, r"^0\.3\d+ 0 3\.0\d+ 0\.0\n0\.3\d+ 1 3\.0\d+ \d+")
+            self.assertEqual(os.listdir(folder), [])
+            self.run_code(world + recorded, folder)
+            samples, channels = read_wav(os.path.join(folder, "out.wav"))
+            self.assertEqual((channels, len(samples) // channels >= 2 * RATE), (2, True))
+            self.assertAlmostEqual(20 * math.log10(max(map(abs, samples))), -3, delta=0.01)
+            os.remove(os.path.join(folder, "out.wav"))
+            loaded = loaded.replace("/path/to/libcarom_pybullet.so", plugin)
+            text = self.run_code(world + loaded + asked, folder)
+            self.assertRegex(text, "^time=2 bodies=2 ")
             self.assertEqual(os.listdir(folder), ["out.wav"])
-        self.assertRegex(outputs[0], r"^0\.3\d+ 0 3\.0\d+ 0\.0\n0\.3\d+ 1 3\.0\d+ \d+")
-        self.assertRegex(outputs[1], "^time=2 bodies=0 ")
+            attached, taken = of_page["README.md"][0].strip().split("\n")
+            lines = (attached, "p.stepSimulation()", taken, "print(samples.shape)")
+            shape = self.run_code(world + "\n".join(lines), folder)
+            self.assertEqual(shape, "(200, 2)\n")
+            # The page's step stands for the application's loop.
+            events = of_page["bullet_collision_sounds.md"][0]
+            told = self.run_code(world + events.replace("p.stepSimulation()\n", fall), folder)
+            self.assertRegex(told, r"^0\.3\d+ 0 1 3\.0\d+ 0\.0\n0\.3\d+ 1 0 3\.0\d+ \d+")
 
 
 class Nonsense(WithABall):
