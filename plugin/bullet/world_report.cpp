@@ -91,6 +91,11 @@ std::string oddities(const WorldFacts& facts) {
     text += counted(facts.light, "body has less than 20 kg/m^3, and clicks",
                     "bodies have less than 20 kg/m^3, and click") +
             " as what is hollow: set masses, or WorldSoundSettings::metresPerUnit.\n";
+  if (facts.unlikeModel > 0)
+    text += counted(facts.unlikeModel, "body does", "bodies do") +
+            " not weigh what the modal model does: one has " + number(facts.massUnlikeModel) +
+            " kg, its model " + number(facts.massOfModel) +
+            " kg. It is struck as what it weighs, and rings as the model.\n";
   if (all.unsolvedBodies + all.refusedBodies > 0)
     text += counted(all.unsolvedBodies + all.refusedBodies, "body does", "bodies do") +
             " not sound by their shape: " + all.unsolvedReason + ".\n";

@@ -11,6 +11,9 @@ namespace carom::plugin {
 
 /// kg/m^3: a body with less is hardly meant so; its mass is a guess, or its unit is not the metre.
 inline constexpr double kLightestSolid = 20.0;
+/// Largest ratio of a body's mass to that of its modal model, or the other way round, at which the
+/// model may still be meant for it.
+inline constexpr double kSameMass = 1.25;
 
 /// The facts of a world's sound that Sound::report puts into words.
 struct WorldFacts {
@@ -18,6 +21,9 @@ struct WorldFacts {
   std::size_t immovable = 0;                     ///< bodies that cannot
   std::size_t silent = 0;                        ///< bodies that BodySound::silent silences
   std::size_t light = 0;                         ///< bodies with less than kLightestSolid
+  std::size_t unlikeModel = 0;                   ///< bodies that do not weigh what their model does
+  double massUnlikeModel = 0.0;                  ///< kg, of one of these
+  double massOfModel = 0.0;                      ///< kg, of its model
   std::map<std::string, std::size_t> guessed{};  ///< materials of bodies that can move, by name
   std::map<std::string, std::size_t> given{};    ///< the same, of bodies to which one is assigned
   Vec3 listener = Vec3::Zero();                  ///< m, the first

@@ -37,6 +37,10 @@ bool isIn(const btDynamicsWorld& world, const btCollisionObject& object) {
   return index >= 0 && index < objects.size() && objects[index] == &object;
 }
 
+bool haveSameMass(double one, double other) {
+  return one <= kSameMass * other && other <= kSameMass * one;
+}
+
 }  // namespace
 
 Status WorldSession::attach() {
@@ -529,6 +533,12 @@ std::string WorldSession::describe() const {
     facts.silent += isSilent(id) ? 1U : 0U;
     if (!isMovable) continue;
     facts.light += known.density < kLightestSolid ? 1U : 0U;
+    const SoundBody& sound = body->second;
+    if (sound.modal && !haveSameMass(sound.mass, sound.modal->mass)) {
+      ++facts.unlikeModel;
+      facts.massUnlikeModel = sound.mass;
+      facts.massOfModel = sound.modal->mass;
+    }
     ++(known.isGuessed ? facts.guessed : facts.given)[body->second.material.name];
   }
   return wordsOf(facts);

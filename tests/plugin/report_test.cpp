@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "carom/sound.h"
+#include "tests/audio/ringing_box.h"
 #include "tests/bullet_bridge/sphere_world.h"
 #include "tests/plugin/offline_sound.h"
 
@@ -100,6 +101,25 @@ TEST(Report, SaysThatABodyIsTooLightToBeMeantSo) {
   FallingBall world(1.0, 1e-5);  // 2.4 kg/m^3
   Sound sound = test::attachOffline(world.bullet.world, nearby());
   EXPECT_THAT(sound.report(), HasSubstr("1 body has less than 20 kg/m^3"));
+}
+
+TEST(Report, SaysThatABodyDoesNotWeighWhatItsModelDoes) {
+  const auto model = test::boxOf({{440.0, 2.0, 0.2}});  // of 40 g
+  for (const double mass : {0.033, 0.049}) {
+    FallingBall world(1.0, mass);
+    Sound sound = test::attachOffline(world.bullet.world, nearby());
+    ASSERT_TRUE(sound.assign(world.ball, {.modes = model}));
+    EXPECT_THAT(sound.report(), Not(HasSubstr("modal model"))) << mass;
+  }
+  for (const double mass : {0.03, 0.06}) {
+    FallingBall world(1.0, mass);
+    Sound sound = test::attachOffline(world.bullet.world, nearby());
+    EXPECT_THAT(sound.report(), Not(HasSubstr("modal model")));
+    ASSERT_TRUE(sound.assign(world.ball, {.modes = model}));
+    EXPECT_THAT(sound.report(),
+                HasSubstr("1 body does not weigh what the modal model does: one has " +
+                          std::string(mass < 0.04 ? "0.03" : "0.06") + " kg, its model 0.04 kg"));
+  }
 }
 
 TEST(Report, DoesNotCallASilencedCollisionSlow) {
