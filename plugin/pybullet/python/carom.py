@@ -84,6 +84,10 @@ class Sound:
 
     def __init__(self, client, plugin=None, *, samples=True, latency=None,
                  physics_client_id=None):
+        if not callable(getattr(client, "loadPlugin", None)):
+            raise CaromError(f"attach: {type(client).__name__} is no PyBullet client; expected the "
+                             "module pybullet, or a BulletClient; the number that connect returns "
+                             "goes into physics_client_id")
         self._id = {} if physics_client_id is None else {"physicsClientId": physics_client_id}
         self._client = client
         self._plugin = None

@@ -681,6 +681,11 @@ class Pages(unittest.TestCase):
 
 
 class Nonsense(WithABall):
+    def test_what_is_no_client_is_refused(self):
+        for wrong in (0, None, "pybullet", object()):
+            with self.assertRaisesRegex(self.carom.CaromError, "is no PyBullet client; expected"):
+                self.carom.attach(wrong)
+
     def test_is_refused_with_a_reason(self):
         error = self.carom.CaromError
         with self.carom.attach(self.client) as sound:
