@@ -206,7 +206,8 @@ int ListenCommand::run() const {
   if (!library)
     return fail(kFailed, std::string("listen: ") + kPreloaded +
                              " is not beside this program; expected a build for Linux with "
-                             "CAROM_LISTEN=ON");
+                             "CAROM_LISTEN=ON, of its targets carom_listen_preload, "
+                             "carom_listen_float and carom_listen_double");
   if (library->string().find_first_of(" :") != std::string::npos)
     return fail(kFailed, "listen: the loader cannot preload '" + library->string() +
                              "'; expected a folder without spaces and colons in its name");

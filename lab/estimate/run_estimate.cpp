@@ -201,13 +201,14 @@ void addCollisions(const Scene& scene, double mostTime, Sum& sum, double paths) 
   const double end = std::min({scene.duration, kPilotTime, mostTime});
   // It stops at the events, or where steps of rods become too many to go on.
   const std::size_t events = stepper->advanceTo(end, kPilotEvents).size();
-  if (stepper->time() <= 0.0 && events == 0) return;
+  if (events == 0) return;
   const double rate = static_cast<double>(events) / std::max(stepper->time(), 1e-12);
-  sum.estimate.events = std::round(rate * scene.duration);
+  const double all = std::round(rate * scene.duration);
+  sum.estimate.events = all;
   sum.estimate.memory += kEventSize * rate * std::min(kWait, scene.duration) * paths;
   std::ostringstream text;
-  text << sum.estimate.events << " events, as many as in the first " << stepper->time() << " s";
-  sum.add(sum.estimate.events * (kEventTime + kClickTime * paths), text.str());
+  text << all << " events, as many as in the first " << stepper->time() << " s";
+  sum.add(all * (kEventTime + kClickTime * paths), text.str());
 }
 
 void addNative(const Scene& scene, double paths, Sum& sum) {

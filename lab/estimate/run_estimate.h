@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "scenes/format/scene.h"
@@ -14,8 +15,10 @@ using namespace scenes;
 /// takes on a machine of 2020. Modes and recoils that have to be computed count as if none were in
 /// the cache, and modes as if each body had as many as it may have.
 struct RunEstimate {
-  double steps = 0.0;   ///< of Bullet, of a jello, or of springs, rods, fields and drag; 0: none
-  double events = 0.0;  ///< two of each collision
+  double steps = 0.0;  ///< of Bullet, of a jello, or of springs, rods, fields and drag; 0: none
+  /// Two of each collision; nullopt: not known, as on Bullet, with jello, or where the run does not
+  /// begin with collisions.
+  std::optional<double> events = std::nullopt;
   double degreesOfFreedom = 0.0;  ///< of the bodies whose modes are computed
   double memory = 0.0;            ///< bytes
   double wall = 0.0;              ///< s, mechanics and sound

@@ -519,14 +519,14 @@ Json renderJson(const RenderReport& report) {
 }
 
 std::string estimateText(const RunEstimate& estimate) {
-  return format("estimate  %.2g s, %.2g steps, %.2g events, ", estimate.wall, estimate.steps,
-                estimate.events) +
+  return format("estimate  %.2g s, %.2g steps, ", estimate.wall, estimate.steps) +
+         (estimate.events ? format("%.2g events, ", *estimate.events) : "") +
          bytesText(estimate.memory) + "\n          most of it for " + estimate.longest + '\n';
 }
 
 Json estimateJson(const RunEstimate& estimate) {
   return {{"steps", estimate.steps},
-          {"events", estimate.events},
+          {"events", estimate.events ? Json(*estimate.events) : Json(nullptr)},
           {"degrees_of_freedom", estimate.degreesOfFreedom},
           {"memory_bytes", estimate.memory},
           {"wall_s", estimate.wall},

@@ -23,7 +23,7 @@ void addPart(std::string& list, std::uint64_t count, const std::string& what) {
 }
 
 std::string bodies(const WorldFacts& facts) {
-  if (!facts.hasWorld) return "The world is gone.\n";
+  if (!facts.hasWorld && !facts.isClosed) return "The world is gone.\n";
   std::string text = counted(facts.movable, "body", "bodies") + " can move, " +
                      std::to_string(facts.immovable) + " cannot";
   if (facts.silent > 0) text += "; " + std::to_string(facts.silent) + " silenced";
@@ -43,7 +43,8 @@ std::string listener(const WorldFacts& facts) {
          (facts.isListenerAutomatic ? ", where a camera would.\n" : ".\n");
 }
 
-std::string heard(const SoundStatistics& all) {
+std::string heard(const WorldFacts& facts) {
+  const SoundStatistics& all = facts.statistics;
   const std::uint64_t leftOut = all.masked + all.inaudible + all.stolen + all.overBudget +
                                 all.noBus + all.tooLong + all.queueFaults;
   std::string text =
@@ -55,7 +56,8 @@ std::string heard(const SoundStatistics& all) {
   addPart(missing, all.masked, "too quiet beside louder ones");
   addPart(missing, all.stolen + all.overBudget + all.noBus, "beyond the budget");
   addPart(missing, all.tooLong, "longer than the longest contact");
-  addPart(missing, all.skipped + all.queueFaults, "while no samples were taken");
+  addPart(missing, all.skipped + all.queueFaults,
+          facts.isHeard ? "while no samples were taken" : "as there is no output for sound");
   addPart(missing, all.silenced, "silenced");
   addPart(missing, all.rejected, "rejected, as their numbers cannot sound");
   return missing.empty() ? text : text + "Left out: " + missing + ".\n";
@@ -66,8 +68,11 @@ std::string level(const SoundStatistics& all) {
   constexpr double kHearing = 2e-5;  // Pa
   std::string text = "The loudest so far has " + number(all.peak) + " Pa (" +
                      number(20.0 * std::log10(all.peak / kHearing)) + " dB)";
-  if (all.peakSample > 0.0)
-    text += ", " + number(20.0 * std::log10(all.peakSample)) + " dB of full scale";
+  if (all.peakSample > 0.0) {
+    const double above = 20.0 * std::log10(all.peakSample);
+    text +=
+        ", " + number(std::abs(above)) + (above > 0.0 ? " dB above" : " dB below") + " full scale";
+  }
   text += ".\n";
   if (all.gainReduction > 0.0)
     text += "A limiter has taken up to " + number(all.gainReduction) + " dB.\n";
@@ -75,6 +80,9 @@ std::string level(const SoundStatistics& all) {
 }
 
 std::string silence(const WorldFacts& facts) {
+  if (facts.isClosed) return "The sound is closed.\n";
+  if (!facts.isHeard && facts.isRun)
+    return "What happens is recorded as a run, of which `carom replay` makes sound.\n";
   if (!facts.isHeard)
     return "Nothing plays, records or pulls this sound: SoundSettings::play or record, or "
            "prepareRendering.\n";
@@ -115,8 +123,8 @@ std::string oddities(const WorldFacts& facts) {
 }  // namespace
 
 std::string wordsOf(const WorldFacts& facts) {
-  return bodies(facts) + listener(facts) + heard(facts.statistics) + level(facts.statistics) +
-         silence(facts) + oddities(facts);
+  return bodies(facts) + listener(facts) + heard(facts) + level(facts.statistics) + silence(facts) +
+         oddities(facts);
 }
 
 }  // namespace carom::plugin

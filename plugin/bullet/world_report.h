@@ -28,7 +28,9 @@ struct WorldFacts {
   std::map<std::string, std::size_t> given{};    ///< the same, of bodies to which one is assigned
   Vec3 listener = Vec3::Zero();                  ///< m, the first
   bool isListenerAutomatic = false;
-  bool isHeard = false;  ///< played, pulled or recorded
+  bool isHeard = false;   ///< played, pulled or recorded, now or before
+  bool isRun = false;     ///< what happens is or was recorded as a run
+  bool isClosed = false;  ///< the sound is
   bool hasWorld = true;
   double restSpeed = 0.0;  ///< m/s
   SoundStatistics statistics{};

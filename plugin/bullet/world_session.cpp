@@ -521,7 +521,9 @@ Result<BodyMaterial> WorldSession::materialOf(const btCollisionObject& object) c
 std::string WorldSession::describe() const {
   WorldFacts facts{.listener = listener(),
                    .isListenerAutomatic = hasAutomaticListener,
-                   .isHeard = engine != nullptr || recorder || capturer || hasPlayed,
+                   .isHeard = hasSounded,
+                   .isRun = hasRecordedRun,
+                   .isClosed = isClosed,
                    .hasWorld = hasWorld(),
                    .restSpeed = worldSettings_.restSpeed,
                    .statistics = statistics()};

@@ -423,7 +423,7 @@ Status SoundSession::makeEngine(const SoundSettings& engineSettings) {
   if (!made) return Error{"sound: " + made.error().message};
   stop();
   engine = *std::move(made);
-  hasPlayed = true;
+  hasSounded = true;
   engine->gain().setGain(gain);
   engine->gain().setMuted(isMuted);
   engine->timeline().setScale(timeScale);
@@ -471,6 +471,7 @@ Status SoundSession::record(const std::filesystem::path& file) {
   recorder = std::make_unique<SoundRecorder>(*makeSoundPaths(settings.synth, settings.listeners),
                                              *std::move(samples), settings);
   hasToldFailure = false;
+  hasSounded = true;
   OpenRecordings::instance().add(*this);
   recorder->startAt(time);
   bring(recorder->scheduler());
@@ -503,6 +504,7 @@ Status SoundSession::capture() {
   captured = samples.get();
   capturer = std::make_unique<SoundRecorder>(*makeSoundPaths(settings.synth, settings.listeners),
                                              std::move(samples), settings);
+  hasSounded = true;
   capturer->startAt(time, settings.latency);
   bring(capturer->scheduler());
   return std::monostate{};
@@ -522,6 +524,7 @@ Status SoundSession::recordRun(const std::filesystem::path& file) {
   Result<std::unique_ptr<RunRecorder>> run = RunRecorder::toFile(file, settings);
   if (!run) return run.error();
   runWriter = *std::move(run);
+  hasRecordedRun = true;
   OpenRecordings::instance().add(*this);
   bringTo(*runWriter);
   return std::monostate{};
@@ -540,6 +543,7 @@ Status SoundSession::keepRun(double seconds) {
     return Error{"sound: a run of " + std::to_string(seconds) +
                  " s cannot be kept in memory; expected 0 to 86400 s"};
   runKeeper = seconds > 0.0 ? RunRecorder::inMemory(seconds, settings) : nullptr;
+  hasRecordedRun = hasRecordedRun || runKeeper != nullptr;
   if (runKeeper) bringTo(*runKeeper);
   return std::monostate{};
 }

@@ -134,7 +134,8 @@ struct SoundSession : std::enable_shared_from_this<SoundSession> {
   double predicted = 0.0;                ///< Pa, peak of the first blow; 0 if nothing is predicted
   mutable bool hasShownWarning = false;  ///< to the host, or on stderr
   SoundStatistics earlier;               ///< sums of engines and recordings that are over
-  bool hasPlayed = false;                ///< there was an engine
+  bool hasSounded = false;               ///< there was an engine, or a recording
+  bool hasRecordedRun = false;           ///< a run was written, or kept in memory
   std::set<std::string> messages;        ///< those that have been told
   std::unique_ptr<PressureBounds> bounds;
   std::unique_ptr<RunRecorder> runWriter;   ///< to a file

@@ -97,6 +97,37 @@ TEST(Report, SaysWhyNothingIsHeard) {
   EXPECT_THAT(sound->report(), HasSubstr("where a camera would"));
 }
 
+TEST(Report, OfASoundThatIsClosedHasItsCountsAndLevel) {
+  FallingBall world;
+  SoundSettings settings = nearby();
+  settings.record = testing::TempDir() + "closed_report.wav";
+  Result<Sound> sound = Sound::attach(world.bullet.world, settings);
+  ASSERT_TRUE(sound);
+  for (int step = 0; step < 48; ++step)
+    world.bullet.step(1.0 / 240.0);
+  ASSERT_TRUE(sound->close());
+  const std::string report = sound->report();
+  EXPECT_THAT(report, HasSubstr("1 body can move, 1 cannot"));
+  EXPECT_THAT(report, HasSubstr("1 click,"));
+  EXPECT_THAT(report, HasSubstr("The loudest so far has"));
+  EXPECT_THAT(report, HasSubstr("The sound is closed"));
+  EXPECT_THAT(report, Not(HasSubstr("gone")));
+  EXPECT_THAT(report, Not(HasSubstr("Nothing plays")));
+}
+
+TEST(Report, SaysThatARunIsRecordedInsteadOfSound) {
+  FallingBall world;
+  Result<Sound> sound = Sound::attach(world.bullet.world);
+  ASSERT_TRUE(sound);
+  ASSERT_TRUE(sound->keepRun(1.0));
+  for (int step = 0; step < 48; ++step)
+    world.bullet.step(1.0 / 240.0);
+  const std::string report = sound->report();
+  EXPECT_THAT(report, HasSubstr("recorded as a run"));
+  EXPECT_THAT(report, HasSubstr("Left out: 2 as there is no output for sound"));
+  EXPECT_THAT(report, Not(HasSubstr("Nothing plays")));
+}
+
 TEST(Report, SaysThatABodyIsTooLightToBeMeantSo) {
   FallingBall world(1.0, 1e-5);  // 2.4 kg/m^3
   Sound sound = test::attachOffline(world.bullet.world, nearby());

@@ -230,7 +230,7 @@ class Sound : public SoundOutput {
   }
 
   /// Returns with which material a body sounds, and whether it was guessed. Refuses a body that is
-  /// not in the world, or has not been there for a substep.
+  /// not in the world, or came since `attach` and has not been there for a substep.
   Result<BodyMaterial> materialOf(const btCollisionObject& object) const;
 
   /// Says in some sentences, a line each, what sounds and how loud, and why something is silent,

@@ -143,7 +143,7 @@ class SoundOutput {
   std::size_t framesReady() const;
   /// Frames by which a limiter delays the rendered samples; 0 without one.
   std::size_t outputDelay() const;
-  /// Overwrites `frames` samples of each channel, in Pa or by SoundSettings::fullScale. Requires
+  /// Overwrites `frames` samples of each channel, in Pa or as SoundSettings::level says. Requires
   /// channels.size() == channelCount(). Silence before prepareRendering. [audio thread]
   void render(std::span<float* const> channels, std::size_t frames) noexcept;
   /// Renders interleaved samples: channelCount() of them for each of the frames. [audio thread]

@@ -141,7 +141,7 @@ struct SoundStatistics : SynthCounters {
   /// minute.
   std::uint64_t jumps = 0;
   // At this moment:
-  std::uint64_t voices = 0;   ///< events that wait for their sound to begin
+  std::uint64_t voices = 0;   ///< scheduled events whose sound has yet to begin
   std::uint64_t buses = 0;    ///< buses that are not silent
   std::uint64_t ringing = 0;  ///< bodies, times channels, that ring
   std::uint64_t modes = 0;    ///< modes that sound, of all bodies and channels
@@ -175,7 +175,7 @@ struct SoundStatistics : SynthCounters {
   /// For the latest of the bodies that were not solved, or refused; else empty.
   std::string unsolvedReason;
   std::uint64_t posted = 0;   ///< shares of collisions that were handed over
-  std::uint64_t waiting = 0;  ///< of them, those that are yet to be heard, or left out
+  std::uint64_t waiting = 0;  ///< of them, those that are yet to be scheduled, or left out
   /// The sentence that ended a recording before it was finished, as of a full disk, and says where
   /// the sound up to there is; else empty. Told at once, as all messages are.
   std::string recordingError;
