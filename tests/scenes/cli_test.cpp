@@ -461,9 +461,13 @@ TEST_F(Cli, InfoOfEveryLibrarySceneSaysWhatIsInIt) {
     EXPECT_EQ(report.at("spheres"), spheres);
     EXPECT_FALSE(report.at("plan").at("needed").empty());
     const json& estimate = report.at("estimate");
-    for (const std::string key :
-         {"steps", "events", "degrees_of_freedom", "memory_bytes", "wall_s"})
+    for (const std::string key : {"steps", "degrees_of_freedom", "memory_bytes", "wall_s"})
       EXPECT_TRUE(estimate.at(key).is_number()) << key;
+    // Of collisions nothing is known on Bullet, nor where a run begins without any.
+    const json& events = estimate.at("events");
+    const bool isOnBullet = report.at("stepper").at("type") == "bullet";
+    EXPECT_TRUE(events.is_null() || (events > 0.0 && !isOnBullet)) << name;
+    EXPECT_TRUE(name != "marbles_in_a_box" || events > 1000.0);
     EXPECT_LT(estimate.at("wall_s"), 60.0) << name;
     EXPECT_TRUE(estimate.at("longest").is_string());
   }
