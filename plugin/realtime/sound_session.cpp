@@ -543,8 +543,10 @@ Status SoundSession::keepRun(double seconds) {
     return Error{"sound: a run of " + std::to_string(seconds) +
                  " s cannot be kept in memory; expected 0 to 86400 s"};
   runKeeper = seconds > 0.0 ? RunRecorder::inMemory(seconds, settings) : nullptr;
-  hasRecordedRun = hasRecordedRun || runKeeper != nullptr;
-  if (runKeeper) bringTo(*runKeeper);
+  if (runKeeper) {
+    hasRecordedRun = true;
+    bringTo(*runKeeper);
+  }
   return std::monostate{};
 }
 

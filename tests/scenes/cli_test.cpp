@@ -463,7 +463,7 @@ TEST_F(Cli, InfoOfEveryLibrarySceneSaysWhatIsInIt) {
     const json& estimate = report.at("estimate");
     for (const std::string key : {"steps", "degrees_of_freedom", "memory_bytes", "wall_s"})
       EXPECT_TRUE(estimate.at(key).is_number()) << key;
-    // Of collisions nothing is known on Bullet, nor where a run begins without any.
+    // The estimate knows of no collisions on Bullet, nor where a run begins without any.
     const json& events = estimate.at("events");
     const bool isOnBullet = report.at("stepper").at("type") == "bullet";
     EXPECT_TRUE(events.is_null() || (events > 0.0 && !isOnBullet)) << name;

@@ -5,7 +5,6 @@ import importlib.util
 import json
 import math
 import os
-import re
 import resource
 import struct
 import subprocess
