@@ -65,6 +65,7 @@ nlohmann::ordered_json modesJson(const MeshAnalysis& analysis) {
     if (mode.frequencyError > 0.0) entry["frequency_error"] = mode.frequencyError;
     entry["decay_rate_per_s"] = mode.decayRate;
     entry["radiation_decay_rate_per_s"] = mode.radiation.decayRate;
+    entry["heat_decay_rate_per_s"] = mode.heatDecayRate;
     entry["volume_m2_per_sqrt_kg"] = mode.radiation.volume;
     entry["multipoles"] = mode.radiation.multipoles.size();
     object["modes"].push_back(std::move(entry));
@@ -94,8 +95,9 @@ std::string modesText(const MeshAnalysis& analysis) {
   text << model.name << ": " << model.material.name << ", " << std::setprecision(4) << model.mass
        << " kg, " << model.modes.size() << (model.modes.size() == 1 ? " mode" : " modes")
        << (analysis.isFromCache ? ", from the cache" : "") << "\n\n"
-       << "  mode   frequency   within    decay rate   by sound   60 dB in   radiates as\n"
-       << "                Hz        %           1/s        1/s          s\n";
+       << "  mode   frequency   within    decay rate   by sound    by heat   60 dB in   radiates "
+          "as\n"
+       << "                Hz        %           1/s        1/s        1/s          s\n";
   text << std::fixed;
   for (std::size_t index = 0; index < model.modes.size(); ++index) {
     const Mode& mode = model.modes[index];
@@ -104,7 +106,7 @@ std::string modesText(const MeshAnalysis& analysis) {
     text << std::setw(6) << index + 1 << std::setw(12) << std::setprecision(2) << mode.frequency
          << std::setw(9) << errorText(mode) << std::setw(14) << std::setprecision(3)
          << mode.decayRate << std::setw(11) << mode.radiation.decayRate << std::setw(11)
-         << decayTime(mode) << "   "
+         << mode.heatDecayRate << std::setw(11) << decayTime(mode) << "   "
          << (count == 0 ? "monopole" : "multipoles to order " + std::to_string(order)) << '\n';
   }
   text << "\nleft out: " << model.leftOut.rigid << " rigid, " << model.leftOut.below

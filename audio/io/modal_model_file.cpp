@@ -25,6 +25,9 @@ constexpr std::uint64_t kFirstWithResidual = 3;
 /// The version of the first files that have materials with a loss factor, and errors of
 /// frequencies.
 constexpr std::uint64_t kFirstWithErrors = 4;
+/// The version of the first files that have materials with thermal properties, and say which part
+/// of a mode's decay is lost by heat.
+constexpr std::uint64_t kFirstWithHeat = 5;
 
 void codeBody(auto& archive, auto& model) {
   archive.text(model.name);
@@ -77,6 +80,14 @@ void codeErrors(auto& archive, auto& modes) {
     archive.number(mode.frequencyError);
 }
 
+void codeHeat(auto& archive, auto& model) {
+  auto& thermal = model.material.thermal;
+  for (auto* value : {&thermal.expansion, &thermal.conductivity, &thermal.heatCapacity})
+    archive.number(*value);
+  for (auto& mode : model.modes)
+    archive.number(mode.heatDecayRate);
+}
+
 void codeModel(auto& archive, auto& model, std::uint64_t version) {
   archive.section("body", [&](auto& inside) { codeBody(inside, model); });
   archive.section("surf", [&](auto& inside) { codeSurface(inside, model.surface); });
@@ -87,6 +98,8 @@ void codeModel(auto& archive, auto& model, std::uint64_t version) {
   if (version < kFirstWithErrors) return;
   archive.section("loss", [&](auto& inside) { codeLoss(inside, model.material); });
   archive.section("errs", [&](auto& inside) { codeErrors(inside, model.modes); });
+  if (version < kFirstWithHeat) return;
+  archive.section("heat", [&](auto& inside) { codeHeat(inside, model); });
 }
 
 std::uint64_t unsignedAt(std::span<const std::byte> bytes, std::size_t at, std::size_t size) {

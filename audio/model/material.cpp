@@ -106,8 +106,47 @@ std::array<Material, kRows> makeRows() {
   }};
 }
 
+struct ThermalRow {
+  std::string_view name;
+  ThermalProperties thermal;
+};
+
+/// Rows: name, linear expansion (1/K), conductivity (W/(m K)), heat capacity (J/(kg K)), of all
+/// that conduct heat well enough to lose something by it, and of glasses; docs/materials.md has the
+/// sources.
+constexpr std::array kThermalRows = {
+    ThermalRow{"steel", {12e-6, 53.3, 440.0}},
+    ThermalRow{"glass", {9e-6, 1.0, 720.0}},
+    ThermalRow{"aluminium", {23.6e-6, 167.0, 896.0}},
+    ThermalRow{"carbon_steel", {12e-6, 53.3, 440.0}},
+    ThermalRow{"stainless_steel", {16e-6, 15.0, 500.0}},
+    ThermalRow{"cast_iron", {11.7e-6, 48.5, 460.0}},
+    ThermalRow{"brass", {19.9e-6, 120.0, 375.0}},
+    ThermalRow{"bronze", {18.2e-6, 62.0, 380.0}},
+    ThermalRow{"copper", {16.5e-6, 401.0, 385.0}},
+    ThermalRow{"titanium", {8.6e-6, 21.9, 523.0}},
+    ThermalRow{"magnesium", {24.8e-6, 156.0, 1023.0}},
+    ThermalRow{"nickel", {13.4e-6, 90.9, 444.0}},
+    ThermalRow{"zinc", {30.2e-6, 116.0, 388.0}},
+    ThermalRow{"tin", {22.0e-6, 66.8, 228.0}},
+    ThermalRow{"lead", {28.9e-6, 35.3, 129.0}},
+    ThermalRow{"silver", {18.9e-6, 429.0, 235.0}},
+    ThermalRow{"gold", {14.2e-6, 317.0, 129.0}},
+    ThermalRow{"platinum", {8.8e-6, 71.6, 133.0}},
+    ThermalRow{"tungsten", {4.5e-6, 174.0, 132.0}},
+    ThermalRow{"alumina", {7.4e-6, 39.0, 775.0}},
+    ThermalRow{"soda_lime_glass", {9e-6, 1.0, 720.0}},
+    ThermalRow{"borosilicate_glass", {3.3e-6, 1.4, 850.0}},
+    ThermalRow{"fused_silica", {0.52e-6, 1.3, 770.0}},
+};
+
 const std::array<Material, kRows>& rows() {
-  static const auto& table = audio::immortal(makeRows);
+  static const auto& table = audio::immortal([] {
+    std::array<Material, kRows> made = makeRows();
+    for (const ThermalRow& row : kThermalRows)
+      std::ranges::find(made, row.name, &Material::name)->thermal = row.thermal;
+    return made;
+  });
   return table;
 }
 
@@ -134,6 +173,23 @@ double dampingRate(const Material& material, double frequency) {
   const double lossFactor =
       material.lossFactor * std::pow(frequency / kReference, material.lossExponent);
   return 0.5 * (rayleigh + lossFactor * omega);
+}
+
+double thermoelasticLossFactor(const Material& material, double thickness, double frequency) {
+  constexpr double kTemperature = 293.15;  // K
+  constexpr double kSlow = 0.03;           // below, the closed form loses its digits
+  constexpr double kFast = 40.0;           // above, it has reached its limit
+  const auto& [expansion, conductivity, heatCapacity] = material.thermal;
+  if (expansion == 0.0 || conductivity == 0.0 || heatCapacity == 0.0) return 0.0;
+  const double perVolume = material.density * heatCapacity;  // J/(m^3 K)
+  const double most = material.youngsModulus * expansion * expansion * kTemperature / perVolume;
+  // The thickness over the depth to which heat flows in a period, divided by 2 pi.
+  const double deep =
+      thickness * std::sqrt(std::numbers::pi * frequency * perVolume / conductivity);
+  if (deep < kSlow) return most * deep * deep / 5.0;
+  const double edges =
+      deep > kFast ? 1.0 : (std::sinh(deep) + std::sin(deep)) / (std::cosh(deep) + std::cos(deep));
+  return most * 6.0 / (deep * deep) * (1.0 - edges / deep);
 }
 
 double contactModulus(const Material& material, const Material& other) {

@@ -60,6 +60,8 @@ Status validate(const Mode& mode) {
     return Error{"decay rate must be at least 0 and below 2 pi times the frequency (1/s)"};
   if (!(mode.radiation.decayRate >= 0.0 && mode.radiation.decayRate <= mode.decayRate))
     return Error{"radiation's decay rate must be from 0 to the decay rate (1/s)"};
+  if (!(mode.heatDecayRate >= 0.0 && mode.heatDecayRate <= mode.decayRate))
+    return Error{"heat's decay rate must be from 0 to the decay rate (1/s)"};
   if (!isWithin(mode.radiation.volume, kLargest))
     return Error{"volume must be from -1e30 to 1e30 (m^2/kg^(1/2))"};
   if (!isSquare(mode.radiation.multipoles.size()))

@@ -22,6 +22,10 @@ Status validate(const Material& material) {
   if (!(material.lossFactor >= 0.0 && material.lossFactor <= 2.0))
     return Error{"loss factor must be from 0 to 2"};
   if (!(std::abs(material.lossExponent) <= 2.0)) return Error{"loss exponent must be from -2 to 2"};
+  const auto& [expansion, conductivity, heatCapacity] = material.thermal;
+  for (const double property : {expansion, conductivity, heatCapacity})
+    if (!(property >= 0.0) || std::isinf(property))
+      return Error{"thermal expansion, conductivity and heat capacity must be at least 0"};
   if (const Status valid = validate(material.roughness); !valid)
     return Error{"roughness: " + valid.error().message};
   return std::monostate{};

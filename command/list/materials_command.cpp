@@ -44,6 +44,9 @@ nlohmann::ordered_json jsonOf(const Material& material) {
   object["damping_beta_s"] = material.dampingBeta;
   object["loss_factor"] = material.lossFactor;
   object["loss_exponent"] = material.lossExponent;
+  object["thermal_expansion_per_k"] = material.thermal.expansion;
+  object["thermal_conductivity_w_m_k"] = material.thermal.conductivity;
+  object["heat_capacity_j_kg_k"] = material.thermal.heatCapacity;
   object["roughness_rms_m"] = material.roughness.rmsHeight;
   object["roughness_correlation_length_m"] = material.roughness.correlationLength;
   object["roughness_hurst"] = material.roughness.hurst;
@@ -80,6 +83,11 @@ std::string detailOf(const Material& material) {
   for (const auto& [label, frequency] :
        {std::pair{"60 dB quieter at 250 Hz", 250.0}, {"at 1 kHz", 1000.0}, {"at 4 kHz", 4000.0}})
     text += line(label, numberText("in %.3g s, by its own losses", decayTime(material, frequency)));
+  const ThermalProperties& thermal = material.thermal;
+  if (thermal.expansion > 0.0)
+    text += line("heat", numberText("expansion %.3g 1/K, ", thermal.expansion) +
+                             numberText("conductivity %.4g W/(m K), ", thermal.conductivity) +
+                             numberText("capacity %.4g J/(kg K)", thermal.heatCapacity));
   const Roughness& roughness = material.roughness;
   text += roughness.rmsHeight > 0.0
               ? line("roughness", numberText("%.3g um rms, ", 1e6 * roughness.rmsHeight) +

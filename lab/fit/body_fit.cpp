@@ -1,6 +1,7 @@
 #include "lab/fit/body_fit.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <numbers>
@@ -18,13 +19,18 @@ constexpr double kLeastPoisson = 0.02;
 constexpr double kMostPoisson = 0.47;
 constexpr int kPoissonTrials = 4;  // on each side of the start
 constexpr double kPoissonTrial = 0.05;
-constexpr double kWallStep = 0.08;      // of the wall
-constexpr double kMostWall = 0.35;      // of the wall: farther, sensitivities do not reach
+constexpr double kWallStep = 0.08;    // of the wall
+constexpr double kThinTrial = -0.22;  // of the wall, as is the next
+constexpr double kThickTrial = 0.28;
+constexpr int kWallTrials = 35;         // on each side of the start
+constexpr double kMostWall = 0.35;      // of the wall
 constexpr double kLeastSpread = 8e-4;   // of frequencies: what meshes and bodies differ by anyway
 constexpr double kSignificant = 8.0;    // F(1, n) at 1 % for some ten modes
 constexpr double kRobust = 2.5;         // standard deviations: pairs farther off count less
 constexpr double kRematchRange = 0.06;  // of log factor
 constexpr int kRounds = 3;
+constexpr int kRestarts = 3;           // from the body found
+constexpr double kSettledWall = 0.01;  // of the wall: a change of less needs no other start
 
 /// How the logarithms of all frequencies of a body change with what is free.
 struct Sensitivities {
@@ -80,17 +86,24 @@ std::vector<FrequencyPair> pairsOf(const std::vector<TapMode>& measured, const M
   return pairs;
 }
 
+/// What is sought beside the common factor.
+struct Freedom {
+  bool poisson = false;
+  bool wall = false;
+  double poissonExpected = 0.0;  // from the start
+  double poissonSpread = 0.1;
+};
+
 /// Solves for the parameters that are free, by least squares reweighted where pairs are far off.
-LeastSquares solved(const std::vector<FrequencyPair>& pairs, bool isPoissonFree, bool isWallFree,
-                    double poissonSpread) {
+LeastSquares solved(const std::vector<FrequencyPair>& pairs, const Freedom& freedom) {
   const auto count = static_cast<Eigen::Index>(pairs.size());
   Eigen::MatrixXd matrix(count + 1, 3);
   Eigen::VectorXd right(count + 1);
   Eigen::VectorXd off = Eigen::VectorXd::Zero(count);
   Eigen::Vector3d found = Eigen::Vector3d::Zero();
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  const double noPoisson = isPoissonFree ? 1.0 : 0.0;
-  const double noWall = isWallFree ? 1.0 : 0.0;
+  const double noPoisson = freedom.poisson ? 1.0 : 0.0;
+  const double noWall = freedom.wall ? 1.0 : 0.0;
   for (int round = 0; round < 6; ++round) {
     for (Eigen::Index at = 0; at < count; ++at) {
       const FrequencyPair& pair = pairs[static_cast<std::size_t>(at)];
@@ -100,8 +113,8 @@ LeastSquares solved(const std::vector<FrequencyPair>& pairs, bool isPoissonFree,
       matrix.row(at) << root, noPoisson * root * pair.poisson, noWall * root * pair.wall;
       right(at) = root * pair.off;
     }
-    matrix.row(count) << 0.0, 1.0 / poissonSpread, 0.0;
-    right(count) = 0.0;
+    matrix.row(count) << 0.0, 1.0 / freedom.poissonSpread, 0.0;
+    right(count) = noPoisson * freedom.poissonExpected / freedom.poissonSpread;
     const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition(matrix);
     found = decomposition.solve(right);
     const Eigen::MatrixXd inverse = decomposition.pseudoInverse();
@@ -146,29 +159,86 @@ ModeMatchSettings withoutChance(ModeMatchSettings settings) {
   return settings;
 }
 
-/// Analyses the start, and with `freeThickness` thinner and thicker ones, and takes the one that
-/// the tap matches best.
+/// Returns the settings of a match whose factor is about known.
+ModeMatchSettings around(double factor, const ModeMatchSettings& settings) {
+  ModeMatchSettings near = withoutChance(settings);
+  near.leastFactor = factor * std::exp(-kRematchRange);
+  near.mostFactor = factor * std::exp(kRematchRange);
+  return near;
+}
+
+/// Matches with lines in any order; the indices are those of `lines`.
+ModeMatch matchUnordered(const std::vector<TapMode>& measured, std::vector<ComputedLine> lines,
+                         const ModeMatchSettings& settings) {
+  std::vector<std::size_t> order(lines.size());
+  for (std::size_t line = 0; line < order.size(); ++line)
+    order[line] = line;
+  std::ranges::stable_sort(order, {}, [&](std::size_t line) { return lines[line].frequency; });
+  std::ranges::stable_sort(lines, {}, &ComputedLine::frequency);
+  ModeMatch match = matchModes(measured, lines, settings);
+  for (std::optional<std::size_t>& line : match.computed) {
+    if (line) line = order[*line];
+  }
+  return match;
+}
+
+/// A body that was analysed, and how the tap matches it.
 struct Matched {
   BodyVariant variant;
   ModalModel model;
   ModeMatch match;
 };
 
+Result<Matched> matched(const std::vector<TapMode>& measured, const BodyVariants& variants,
+                        const BodyVariant& variant, const BodyFitSettings& settings) {
+  Result<ModalModel> model = variants.analysed(variant);
+  if (!model) return model.error();
+  ModeMatch match = matchModes(measured, linesOfModel(*model), withoutChance(settings.match));
+  return Matched{variant, *std::move(model), std::move(match)};
+}
+
+/// Returns the change of the wall (m) with which the tap matches best: between bodies that are
+/// analysed, frequencies go with a square of the wall.
+Result<double> bestWall(const std::vector<TapMode>& measured, const BodyVariants& variants,
+                        const ModalModel& start, const BodyFitSettings& settings) {
+  const std::array<double, 2> walls = {kThinTrial * settings.wallThickness,
+                                       kThickTrial * settings.wallThickness};
+  std::array<std::vector<double>, 2> shifts;
+  for (std::size_t trial = 0; trial < walls.size(); ++trial) {
+    BodyVariant variant = settings.start;
+    variant.wall += walls[trial];
+    const Result<ModalModel> model = variants.analysed(variant);
+    if (!model) return model.error();
+    shifts[trial] = frequencyShifts(start, *model);
+  }
+  const std::vector<ComputedLine> lines = linesOfModel(start);
+  double best = 0.0;
+  double bestScore = -1e300;
+  for (int step = -kWallTrials; step <= kWallTrials; ++step) {
+    const double wall = kMostWall * settings.wallThickness * step / kWallTrials;
+    std::vector<ComputedLine> changed = lines;
+    for (std::size_t line = 0; line < lines.size(); ++line)
+      changed[line].frequency *=
+          std::exp(shifts[0][line] * wall * (wall - walls[1]) / (walls[0] * (walls[0] - walls[1])) +
+                   shifts[1][line] * wall * (wall - walls[0]) / (walls[1] * (walls[1] - walls[0])));
+    const double score = matchUnordered(measured, changed, withoutChance(settings.match)).score;
+    if (score <= bestScore) continue;
+    bestScore = score;
+    best = wall;
+  }
+  return best;
+}
+
+/// Analyses the start, and with `freeThickness` the body with the wall that matches best.
 Result<Matched> bestStart(const std::vector<TapMode>& measured, const BodyVariants& variants,
                           const BodyFitSettings& settings) {
-  std::vector<double> walls = {0.0};
-  if (settings.freeThickness) walls = {0.0, -0.22, 0.28};
-  std::optional<Matched> best;
-  for (const double wall : walls) {
-    const BodyVariant variant{settings.start.poissonsRatio,
-                              settings.start.wall + wall * settings.wallThickness};
-    Result<ModalModel> model = variants.analysed(variant);
-    if (!model) return model.error();
-    ModeMatch match = matchModes(measured, linesOfModel(*model), withoutChance(settings.match));
-    if (!best || match.score > best->match.score)
-      best = Matched{variant, *std::move(model), std::move(match)};
-  }
-  return *std::move(best);
+  Result<Matched> start = matched(measured, variants, settings.start, settings);
+  if (!start || !settings.freeThickness) return start;
+  const Result<double> wall = bestWall(measured, variants, start->model, settings);
+  if (!wall) return wall.error();
+  BodyVariant variant = settings.start;
+  variant.wall += *wall;
+  return matched(measured, variants, variant, settings);
 }
 
 Result<Sensitivities> sensitivitiesOf(const BodyVariants& variants, const Matched& start,
@@ -205,27 +275,13 @@ std::vector<ComputedLine> moved(std::vector<ComputedLine> lines, const Sensitivi
   return lines;
 }
 
-/// Matches with lines in any order; the indices are those of `lines`.
-ModeMatch matchUnordered(const std::vector<TapMode>& measured, std::vector<ComputedLine> lines,
-                         const ModeMatchSettings& settings) {
-  std::vector<std::size_t> order(lines.size());
-  for (std::size_t line = 0; line < order.size(); ++line)
-    order[line] = line;
-  std::ranges::stable_sort(order, {}, [&](std::size_t line) { return lines[line].frequency; });
-  std::ranges::stable_sort(lines, {}, &ComputedLine::frequency);
-  ModeMatch match = matchModes(measured, lines, settings);
-  for (std::optional<std::size_t>& line : match.computed) {
-    if (line) line = order[*line];
-  }
-  return match;
-}
-
 BodyParameters limited(BodyParameters parameters, const BodyFitSettings& settings,
                        const BodyVariant& start) {
   parameters.poisson = std::clamp(parameters.poisson, kLeastPoisson - start.poissonsRatio,
                                   kMostPoisson - start.poissonsRatio);
   const double most = kMostWall * settings.wallThickness;
-  parameters.wall = std::clamp(parameters.wall, -most, most);
+  const double before = start.wall - settings.start.wall;
+  parameters.wall = std::clamp(parameters.wall, -most - before, most - before);
   return parameters;
 }
 
@@ -250,25 +306,42 @@ double bestPoisson(const std::vector<TapMode>& measured, const std::vector<Compu
   return best;
 }
 
-/// Improves match and parameters in turns.
-LeastSquares refinedFit(BodyFit& fit, const std::vector<TapMode>& measured,
+/// Improves match and parameters in turns, from the fit's body. A Poisson's ratio that has been
+/// fitted once stays free.
+LeastSquares refinedFit(BodyFit& fit, ModeMatch match, const std::vector<TapMode>& measured,
                         const std::vector<ComputedLine>& lines, const Sensitivities& sensitivities,
                         const BodyFitSettings& settings) {
-  ModeMatch match = fit.match;
+  const bool wasPoissonFitted = fit.isPoissonFitted;
+  const Freedom kept{.poisson = false,
+                     .wall = settings.freeThickness,
+                     .poissonExpected = settings.start.poissonsRatio - fit.variant.poissonsRatio,
+                     .poissonSpread = settings.poissonSpread};
+  Freedom free = kept;
+  free.poisson = true;
   LeastSquares best;
   for (int round = 0; round < kRounds; ++round) {
     const auto pairs = pairsOf(measured, match, lines, sensitivities);
-    const LeastSquares kept = solved(pairs, false, settings.freeThickness, settings.poissonSpread);
-    best = solved(pairs, true, settings.freeThickness, settings.poissonSpread);
-    fit.isPoissonFitted = isSignificant(kept, best, settings.freeThickness ? 3 : 2);
-    if (!fit.isPoissonFitted) best = kept;
+    const LeastSquares less = solved(pairs, kept);
+    best = solved(pairs, free);
+    fit.isPoissonFitted =
+        wasPoissonFitted || isSignificant(less, best, settings.freeThickness ? 3 : 2);
+    if (!fit.isPoissonFitted) best = less;
     best.parameters = limited(best.parameters, settings, fit.variant);
-    ModeMatchSettings near = withoutChance(settings.match);
-    near.leastFactor = std::exp(best.parameters.logFactor - kRematchRange);
-    near.mostFactor = std::exp(best.parameters.logFactor + kRematchRange);
-    match = matchUnordered(measured, moved(lines, sensitivities, best.parameters), near);
+    match = matchUnordered(measured, moved(lines, sensitivities, best.parameters),
+                           around(std::exp(best.parameters.logFactor), settings.match));
   }
   return best;
+}
+
+/// Moves the body of the fit to where the parameters say.
+void setFit(BodyFit& fit, const LeastSquares& found, const BodyFitSettings& settings) {
+  fit.variant.poissonsRatio += found.parameters.poisson;
+  fit.variant.wall += found.parameters.wall;
+  fit.factor = std::exp(found.parameters.logFactor);
+  fit.factorError = found.errors.logFactor;
+  fit.poissonError = fit.isPoissonFitted ? found.errors.poisson : 0.0;
+  fit.wallError = settings.freeThickness ? found.errors.wall : 0.0;
+  fit.residual = found.residual;
 }
 
 }  // namespace
@@ -282,7 +355,7 @@ Result<BodyFit> fitBody(const std::vector<TapMode>& measured, const BodyVariants
   fit.variant = start->variant;
   fit.factor = start->match.factor;
   if (start->match.matched == 0) return fit;
-  const Result<Sensitivities> sensitivities = sensitivitiesOf(variants, *start, settings);
+  Result<Sensitivities> sensitivities = sensitivitiesOf(variants, *start, settings);
   if (!sensitivities) return sensitivities.error();
   const std::vector<ComputedLine> lines = linesOfModel(start->model);
   const double change = bestPoisson(measured, lines, *sensitivities, settings);
@@ -290,14 +363,23 @@ Result<BodyFit> fitBody(const std::vector<TapMode>& measured, const BodyVariants
       matchUnordered(measured, moved(lines, *sensitivities, {0.0, change, 0.0}), settings.match);
   fit.factor = fit.match.factor;
   if (!fit.match.accepted) return fit;
-  const LeastSquares best = refinedFit(fit, measured, lines, *sensitivities, settings);
-  fit.variant.poissonsRatio += best.parameters.poisson;
-  fit.variant.wall += best.parameters.wall;
-  fit.factor = std::exp(best.parameters.logFactor);
-  fit.factorError = best.errors.logFactor;
-  fit.poissonError = fit.isPoissonFitted ? best.errors.poisson : 0.0;
-  fit.wallError = settings.freeThickness ? best.errors.wall : 0.0;
-  fit.residual = best.residual;
+  setFit(fit, refinedFit(fit, fit.match, measured, lines, *sensitivities, settings), settings);
+  double shift = fit.variant.wall - start->variant.wall;
+  // A wall changes frequencies by more than in proportion: the body found is a better start.
+  for (int restart = 0; restart < kRestarts; ++restart) {
+    if (std::abs(shift) <= kSettledWall * settings.wallThickness) break;
+    Result<ModalModel> model = variants.analysed(fit.variant);
+    if (!model) return model.error();
+    start->variant = fit.variant;
+    start->model = *std::move(model);
+    sensitivities = sensitivitiesOf(variants, *start, settings);
+    if (!sensitivities) return sensitivities.error();
+    const std::vector<ComputedLine> nearer = linesOfModel(start->model);
+    const ModeMatch match = matchModes(measured, nearer, around(fit.factor, settings.match));
+    if (match.matched < settings.match.leastMatched) break;
+    setFit(fit, refinedFit(fit, match, measured, nearer, *sensitivities, settings), settings);
+    shift = fit.variant.wall - start->variant.wall;
+  }
   return fit;
 }
 

@@ -31,6 +31,7 @@ constexpr int kWidth = 1100;           // pixels
 constexpr int kHeight = 480;
 constexpr int kLeft = 52;
 constexpr int kBottom = 34;
+constexpr int kLabel = 26;              // the widest of an axis
 constexpr double kShownLevels = 100.0;  // dB
 constexpr double kShownFrom = 80.0;     // Hz
 constexpr PictureColour kInk = {40, 40, 40};
@@ -129,7 +130,7 @@ void drawAxes(PngPicture& picture, double highest) {
     if (frequency > highest) continue;
     const int x = pixelOf(frequency, highest);
     picture.line(x, 10, x, kHeight - kBottom, kGrid);
-    picture.text(x - 8, kHeight - kBottom + 6, label(frequency), kInk);
+    picture.text(std::min(x - 8, kWidth - kLabel), kHeight - kBottom + 6, label(frequency), kInk);
   }
   for (int tick = 0; 20 * tick <= kShownLevels; ++tick) {
     const double level = -20.0 * tick;

@@ -51,6 +51,9 @@ Json materialJson(const FitOutcome& outcome) {
       object["roughness"] = {{"rms_height", material.roughness.rmsHeight},
                              {"correlation_length", material.roughness.correlationLength},
                              {"hurst", material.roughness.hurst}};
+    object["thermal_expansion"] = material.thermal.expansion;
+    object["thermal_conductivity"] = material.thermal.conductivity;
+    object["heat_capacity"] = material.thermal.heatCapacity;
   }
   addDamping(object, outcome.fit ? outcome.fit->damping.law : outcome.alone->damping.law);
   return object;

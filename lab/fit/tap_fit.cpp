@@ -28,7 +28,9 @@ constexpr double kClearDecay = 22.0;  // dB above the noise, for a decay to coun
 constexpr double kConfidentDecay = 0.45;
 constexpr double kLeastMaterialShare = 0.1;  // of a decay, where the radiation computed is more
 constexpr double kThinWall = 0.5;            // of the largest extent: more is no wall
-constexpr double kFinalRange = 0.03;         // of log factor, of the last match
+/// Standard deviations above chance, in addition: more walls are tried, and one of them fits best.
+constexpr double kFreeWallDistance = 1.5;
+constexpr double kFinalRange = 0.03;  // of log factor, of the last match
 
 double undamped(const TapMode& mode) {
   return std::hypot(mode.frequency, mode.decayRate / (2.0 * std::numbers::pi));
@@ -104,9 +106,10 @@ void setDampingOf(TapFit& fit) {
         mode.measured.confidence < kConfidentDecay)
       continue;
     const double measured = mode.measured.decayRate;
-    const double rest = std::max(measured - *mode.radiationDecay, kLeastMaterialShare * measured);
+    const double known = *mode.radiationDecay + fit.model.modes[*mode.index].heatDecayRate;
+    const double rest = std::max(measured - known, kLeastMaterialShare * measured);
     const double error = mode.measured.decayError / measured;
-    // A decay that is mostly radiation says little of the material.
+    // A decay that is mostly radiation, or heat that flows, says little of the law.
     const double share = rest / measured;
     decays.push_back(
         {undamped(mode.measured), rest, share * share / (0.05 * 0.05 + error * error)});
@@ -156,7 +159,8 @@ void sortModes(ModalModel& model, std::vector<FittedMode>& fitted) {
 void setModel(TapFit& fit) {
   fit.model.material = fit.material;
   for (Mode& mode : fit.model.modes)
-    mode.decayRate = fit.damping.law.decayRate(mode.frequency) + mode.radiation.decayRate;
+    mode.decayRate =
+        fit.damping.law.decayRate(mode.frequency) + mode.radiation.decayRate + mode.heatDecayRate;
   for (FittedMode& mode : fit.modes) {
     if (!mode.index) continue;
     Mode& own = fit.model.modes[*mode.index];
@@ -164,6 +168,7 @@ void setModel(TapFit& fit) {
     own.frequency = std::clamp(undamped(mode.measured), kLowestMode, kHighestMode);
     own.decayRate = mode.measured.decayRate;
     own.radiation.decayRate = std::min(own.radiation.decayRate, own.decayRate);
+    own.heatDecayRate = std::min(own.heatDecayRate, own.decayRate);
   }
   sortModes(fit.model, fit.modes);
 }
@@ -204,6 +209,7 @@ Result<TapFit> fitTap(const std::vector<TapMode>& measured, const SurfaceMesh& m
   const Material start = startOf(mesh, settings);
   Material analysed = start;
   analysed.youngsModulus = kAnalysedSound * kAnalysedSound * analysed.density;
+  analysed.thermal = {};
   const std::size_t most = std::clamp<std::size_t>(3 * measured.size() / 2 + 10, 20, 60);
   const BodyVariants variants(mesh, analysed, most, cache, progress);
   BodyFitSettings bodySettings;
@@ -213,6 +219,7 @@ Result<TapFit> fitTap(const std::vector<TapMode>& measured, const SurfaceMesh& m
   bodySettings.freeThickness = settings.freeThickness;
   bodySettings.wallThickness = settings.freeThickness ? wallThickness(mesh) : 0.0;
   setFactorRange(bodySettings.match, start, analysed, settings);
+  if (settings.freeThickness) bodySettings.match.leastDistance += kFreeWallDistance;
   const Result<BodyFit> body = fitBody(measured, variants, bodySettings);
   if (!body) return body.error();
   TapFit fit;

@@ -66,7 +66,8 @@ void keepAudibleModes(ModalModel& model, const EigenModes& found, double rigidBe
     const double omega = std::sqrt(lambda);
     Mode mode;
     mode.frequency = omega / (2.0 * std::numbers::pi);
-    mode.decayRate = dampingRate(model.material, mode.frequency);
+    if (found.heatLosses.size() > 0) mode.heatDecayRate = 0.5 * found.heatLosses[index] * omega;
+    mode.decayRate = dampingRate(model.material, mode.frequency) + mode.heatDecayRate;
     if (found.errors.size() > 0) mode.frequencyError = found.errors[index];
     if (mode.frequency < kLowestMode) {
       ++model.leftOut.below;

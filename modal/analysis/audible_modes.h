@@ -13,6 +13,7 @@ struct EigenModes {
   /// surface; phi^T M phi = 1 of the whole body.
   Eigen::MatrixXd shapes;
   Eigen::VectorXd errors = {};  ///< 1, of the frequencies (Mode::frequencyError); empty: not known
+  Eigen::VectorXd heatLosses = {};  ///< 1, loss factors by heat that flows; empty: not computed
 };
 
 /// How a surface gives way to a load that pulls each of its triangles outwards by 1 Pa.

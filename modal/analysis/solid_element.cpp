@@ -120,10 +120,12 @@ std::array<Slope, 3> slopesOf(std::size_t first, std::size_t second) {
 
 }  // namespace
 
-Eigen::Vector4d splinesAt(double place) {
+Eigen::Vector4d splinesAt(double place, int derivative) {
   Eigen::Vector4d values;
   for (std::size_t function = 0; function < kOrder; ++function) {
-    const auto& piece = kPieces[function];
+    std::array<double, kOrder> piece = kPieces[function];
+    for (int times = 0; times < derivative; ++times)
+      piece = slopeOf(piece);
     values[static_cast<Eigen::Index>(function)] =
         piece[0] + place * (piece[1] + place * (piece[2] + place * piece[3]));
   }

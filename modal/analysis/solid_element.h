@@ -21,8 +21,8 @@ struct ElementMatrices {
 };
 
 /// Returns the four cubic B-splines (uniform, so of unit sum) that a cell lies under, at a place
-/// along it from 0 to 1, or a little beyond.
-Eigen::Vector4d splinesAt(double place);
+/// along it from 0 to 1, or a little beyond; or their first or second derivatives by the place.
+Eigen::Vector4d splinesAt(double place, int derivative = 0);
 
 /// Returns linear, isotropic elasticity and consistent mass of a cell whose inside has these
 /// moments, with displacements in cubic B-splines. All integrals are exact. [any thread]

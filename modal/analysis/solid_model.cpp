@@ -13,6 +13,7 @@
 
 #include "carom/audio/sound_body.h"
 #include "modal/analysis/audible_modes.h"
+#include "modal/analysis/heat_losses.h"
 #include "modal/analysis/solid_element.h"
 
 namespace carom::modal {
@@ -203,7 +204,8 @@ SolidAnalysis analysisOf(const SurfaceMesh& surface, const Material& material,
   const double rigidBelow = found > kRigidModes ? kRigidShare * solution.lambda[kRigidModes]
                                                 : std::numeric_limits<double>::infinity();
   const EigenModes modes{solution.lambda,
-                         shapesAtVertices(system.grid, surface.vertices, solution.vectors), errors};
+                         shapesAtVertices(system.grid, surface.vertices, solution.vectors), errors,
+                         heatLosses(system.grid, solution, kRigidModes, material)};
   keepAudibleModes(analysis.model, modes, rigidBelow);
   if (solution.displacement.size() > 0) {
     const Eigen::VectorXd& moved = solution.displacement;

@@ -41,7 +41,9 @@ ModelKey& ModelKey::add(const Material& material) {
   add(std::string_view(material.name)).add(material.density).add(material.youngsModulus);
   add(material.poissonsRatio).add(material.restitution);
   add(material.dampingAlpha).add(material.dampingBeta);
-  return add(material.lossFactor).add(material.lossExponent);
+  add(material.lossFactor).add(material.lossExponent);
+  const ThermalProperties& thermal = material.thermal;
+  return add(thermal.expansion).add(thermal.conductivity).add(thermal.heatCapacity);
 }
 
 ModelKey& ModelKey::add(const SurfaceMesh& mesh) {

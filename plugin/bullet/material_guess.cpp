@@ -26,6 +26,7 @@ Material mixed(const Material& lighter, const Material& heavier, double share) {
   material.dampingBeta = linear(lighter.dampingBeta, heavier.dampingBeta);
   material.lossFactor = linear(lighter.lossFactor, heavier.lossFactor);
   material.lossExponent = linear(lighter.lossExponent, heavier.lossExponent);
+  material.thermal = {};  // of what a mesh is analysed for; a guess has no mesh
   const Roughness& fine = lighter.roughness;
   const Roughness& coarse = heavier.roughness;
   material.roughness = {between(fine.rmsHeight, coarse.rmsHeight, share),

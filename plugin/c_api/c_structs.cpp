@@ -284,7 +284,10 @@ Result<Material> materialFrom(const carom_material* input) {
                   .dampingBeta = read->damping_beta,
                   .roughness = *roughness,
                   .lossFactor = read->loss_factor,
-                  .lossExponent = read->loss_exponent};
+                  .lossExponent = read->loss_exponent,
+                  .thermal = {.expansion = read->thermal_expansion,
+                              .conductivity = read->thermal_conductivity,
+                              .heatCapacity = read->heat_capacity}};
 }
 
 Result<Material> materialNamed(const char* name) {
@@ -357,7 +360,10 @@ carom_material toC(const Material& material) {
           .damping_beta = material.dampingBeta,
           .roughness = builtInRoughness(material.name),
           .loss_factor = material.lossFactor,
-          .loss_exponent = material.lossExponent};
+          .loss_exponent = material.lossExponent,
+          .thermal_expansion = material.thermal.expansion,
+          .thermal_conductivity = material.thermal.conductivity,
+          .heat_capacity = material.thermal.heatCapacity};
 }
 
 carom_collision toC(const SoundCollision& collision) {

@@ -35,6 +35,7 @@ CAROM_ENDS_WITH(carom_material, restitution);
 CAROM_ENDS_WITH(carom_material, damping_beta);
 CAROM_ENDS_WITH(carom_material, roughness);
 CAROM_ENDS_WITH(carom_material, loss_exponent);
+CAROM_ENDS_WITH(carom_material, heat_capacity);
 CAROM_ENDS_WITH(carom_mesh, triangle_count);
 CAROM_ENDS_WITH(carom_normal_map, reserved);
 CAROM_ENDS_WITH(carom_body, reserved);

@@ -39,7 +39,8 @@ inline constexpr std::array kSizes<carom_reverb> = {offsetof(carom_reverb, decay
 template <>
 inline constexpr std::array kSizes<carom_material> = {
     offsetof(carom_material, damping_alpha), offsetof(carom_material, roughness),
-    offsetof(carom_material, loss_factor), sizeof(carom_material)};
+    offsetof(carom_material, loss_factor), offsetof(carom_material, thermal_expansion),
+    sizeof(carom_material)};
 template <>
 inline constexpr std::array kSizes<carom_body> = {offsetof(carom_body, modes), sizeof(carom_body)};
 template <>

@@ -31,6 +31,10 @@ constexpr NumberRange kDampingAlpha{
     .noun = "a damping in proportion to mass", .min = 0.0, .max = 1e6, .unit = "1/s"};
 constexpr NumberRange kLossFactor{.noun = "a loss factor", .min = 0.0, .max = 2.0};
 constexpr NumberRange kLossExponent{.noun = "an exponent", .min = -2.0, .max = 2.0};
+constexpr NumberRange kExpansion{.noun = "a thermal expansion (1/K)", .min = 0.0, .max = 0.01};
+constexpr NumberRange kConductivity{
+    .noun = "a thermal conductivity (W/(m K))", .min = 0.0, .max = 1e5};
+constexpr NumberRange kHeatCapacity{.noun = "a heat capacity (J/(kg K))", .min = 0.0, .max = 1e5};
 constexpr NumberRange kDampingBeta{
     .noun = "a damping in proportion to stiffness", .min = 0.0, .max = 1.0, .unit = "s"};
 
@@ -110,7 +114,8 @@ SurfaceMaterial MaterialReader::readMaterialObject(const JsonNode& node, std::st
           "a material",
           {"like", "density", "youngs_modulus", "poissons_ratio", "restitution", "restitution_law",
            "restitution_speed", "friction", "rolling_friction", "pivoting_friction",
-           "damping_alpha", "damping_beta", "loss_factor", "loss_exponent", "roughness"})) {
+           "damping_alpha", "damping_beta", "loss_factor", "loss_exponent", "thermal_expansion",
+           "thermal_conductivity", "heat_capacity", "roughness"})) {
     return {};
   }
   const auto like = node.find("like");
@@ -128,6 +133,10 @@ SurfaceMaterial MaterialReader::readMaterialObject(const JsonNode& node, std::st
   material.dampingBeta = node.number("damping_beta", kDampingBeta, material.dampingBeta);
   material.lossFactor = node.number("loss_factor", kLossFactor, material.lossFactor);
   material.lossExponent = node.number("loss_exponent", kLossExponent, material.lossExponent);
+  ThermalProperties& thermal = material.thermal;
+  thermal.expansion = node.number("thermal_expansion", kExpansion, thermal.expansion);
+  thermal.conductivity = node.number("thermal_conductivity", kConductivity, thermal.conductivity);
+  thermal.heatCapacity = node.number("heat_capacity", kHeatCapacity, thermal.heatCapacity);
   material.roughness = readRoughness(node, material.roughness);
   made.contact = readContactTraits(node, made.contact);
   return made;

@@ -249,6 +249,56 @@ TEST(Material, EveryRowIsDampedAndNoneBeyondOscillation) {
   }
 }
 
+struct Metal {
+  std::string name;
+  double molarMass;    // g/mol
+  double resistivity;  // Ohm m, at 20 C
+};
+
+// Standard atomic weights (IUPAC); resistivities: CRC Handbook, "Electrical resistivity of pure
+// metals".
+const Metal kMetals[] = {
+    {"copper", 63.55, 16.78e-9},  {"titanium", 47.87, 420e-9},  {"magnesium", 24.31, 43.9e-9},
+    {"nickel", 58.69, 69.3e-9},   {"zinc", 65.38, 59.0e-9},     {"tin", 118.71, 115e-9},
+    {"lead", 207.2, 208e-9},      {"silver", 107.87, 15.87e-9}, {"gold", 196.97, 22.14e-9},
+    {"platinum", 195.08, 105e-9}, {"tungsten", 183.84, 52.8e-9}};
+
+// A mole of atoms takes 3 R for a degree (Dulong and Petit 1819).
+TEST(Material, MetalsTakeUpHeatAsTheirAtomsDo) {
+  for (const Metal& metal : kMetals) {
+    const double perMole = findMaterial(metal.name)->thermal.heatCapacity * 1e-3 * metal.molarMass;
+    EXPECT_NEAR(perMole / (3.0 * 8.314), 1.0, 0.09) << metal.name;
+  }
+}
+
+// Electrons carry heat and charge alike (Wiedemann, Franz, Lorenz), where the lattice carries
+// little.
+TEST(Material, MetalsConductHeatAsTheyConductElectricity) {
+  constexpr double kLorenz = 2.44e-8;  // W Ohm / K^2
+  for (const Metal& metal : kMetals) {
+    const double byElectrons = kLorenz * 293.15 / metal.resistivity;
+    EXPECT_NEAR(findMaterial(metal.name)->thermal.conductivity / byElectrons, 1.0, 0.31)
+        << metal.name;
+  }
+}
+
+// Grueneisen's parameter, 3 alpha K / (rho c), is 1 to 3 of nearly all solids; of gold and lead it
+// is more here, as their Poisson's ratios, near 1/2, tell the bulk modulus K badly.
+TEST(Material, ExpansionBelongsToStiffnessAndHeatCapacity) {
+  for (const Material& material : builtInMaterials()) {
+    const auto& [expansion, conductivity, heatCapacity] = material.thermal;
+    EXPECT_EQ(expansion > 0.0, conductivity > 0.0) << material.name;
+    EXPECT_EQ(expansion > 0.0, heatCapacity > 0.0) << material.name;
+    if (expansion == 0.0 || material.name == "gold" || material.name == "lead") continue;
+    const double bulk = material.youngsModulus / (3.0 * (1.0 - 2.0 * material.poissonsRatio));
+    const double grueneisen = 3.0 * expansion * bulk / (material.density * heatCapacity);
+    const bool isGlass = material.name.find("glass") != std::string::npos;
+    if (material.name == "fused_silica") continue;  // famous for hardly expanding
+    EXPECT_GT(grueneisen, isGlass ? 0.1 : 0.8) << material.name;
+    EXPECT_LT(grueneisen, 3.0) << material.name;
+  }
+}
+
 TEST(Material, RubberIsNearlyIncompressible) {
   // Lindley's bulk modulus of 1150 MPa must come back from E and nu: E / (3 (1 - 2 nu)).
   const Material& rubber = *findMaterial("rubber");

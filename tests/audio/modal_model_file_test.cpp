@@ -42,6 +42,8 @@ ModalModel chime() {
   model.material.lossFactor = 1.0 / 300.0;
   model.material.lossExponent = -1.0 / 3.0;
   model.modes[1].frequencyError = 1.0 / 700.0;
+  model.material.thermal = {7e-6 / 3.0, 100.0 / 3.0, 1000.0 / 3.0};
+  model.modes[1].heatDecayRate = 0.1 / 3.0;
   model.medium = {1.19, 344.5};
   model.leftOut = {6, 1, 70000, 3};
   return model;
@@ -71,6 +73,9 @@ void expectSame(const ModalModel& one, const ModalModel& other) {
   EXPECT_TRUE(same(one.material.dampingBeta, other.material.dampingBeta));
   EXPECT_TRUE(same(one.material.lossFactor, other.material.lossFactor));
   EXPECT_TRUE(same(one.material.lossExponent, other.material.lossExponent));
+  EXPECT_TRUE(same(one.material.thermal.expansion, other.material.thermal.expansion));
+  EXPECT_TRUE(same(one.material.thermal.conductivity, other.material.thermal.conductivity));
+  EXPECT_TRUE(same(one.material.thermal.heatCapacity, other.material.thermal.heatCapacity));
   EXPECT_TRUE(same(one.mass, other.mass));
   EXPECT_TRUE(sameMatrix(one.centreOfMass, other.centreOfMass));
   EXPECT_TRUE(sameMatrix(one.inertia, other.inertia));
@@ -90,6 +95,7 @@ void expectSame(const ModalModel& one, const ModalModel& other) {
     EXPECT_TRUE(same(one.modes[mode].frequency, other.modes[mode].frequency));
     EXPECT_TRUE(same(one.modes[mode].decayRate, other.modes[mode].decayRate));
     EXPECT_TRUE(same(one.modes[mode].frequencyError, other.modes[mode].frequencyError));
+    EXPECT_TRUE(same(one.modes[mode].heatDecayRate, other.modes[mode].heatDecayRate));
     EXPECT_TRUE(same(one.modes[mode].radiation.decayRate, other.modes[mode].radiation.decayRate));
     EXPECT_TRUE(same(one.modes[mode].radiation.volume, other.modes[mode].radiation.volume));
     EXPECT_TRUE(std::ranges::equal(one.modes[mode].radiation.multipoles,
@@ -163,8 +169,22 @@ std::vector<std::byte> withoutResidual(const std::vector<std::byte>& bytes) {
   return without("resi", bytes, std::byte{2});
 }
 
-ModalModel chimeWithoutErrors() {
+ModalModel chimeWithoutHeat() {
   ModalModel model = chime();
+  model.material.thermal = {};
+  model.modes[1].heatDecayRate = 0.0;
+  return model;
+}
+
+// Version 4 has no losses by heat.
+TEST(ModalModelFile, ReadsVersion4) {
+  const auto read = decodedModalModel(sealed(without("heat", chimeBytes(), std::byte{4})), "old");
+  ASSERT_TRUE(read) << read.error().message;
+  expectSame(*read, chimeWithoutHeat());
+}
+
+ModalModel chimeWithoutErrors() {
+  ModalModel model = chimeWithoutHeat();
   model.material.lossFactor = model.material.lossExponent = 0.0;
   model.modes[1].frequencyError = 0.0;
   return model;
@@ -229,12 +249,12 @@ TEST(ModalModelFile, IsLaidOutAsDocumented) {
                            tall('\xE0', '\x3F') + zeros(16) + one + zeros(3 * 8 + 9 * 8) + one +
                            two + '\x06' + zeros(15);
   ASSERT_EQ(body.size(), 0xC9u);
-  const std::string content = "caromode" + ('\x04' + zeros(3)) + "body" + ('\xC9' + zeros(7)) +
-                              body + "surf" + ('\x28' + zeros(7)) + ('\x01' + zeros(7)) +
-                              zeros(24) + zeros(8) + "mode" + ('\x08' + zeros(7)) + zeros(8) +
-                              "shap" + ('\x08' + zeros(7)) + zeros(8) + "resi" +
-                              ('\x10' + zeros(7)) + zeros(8) + zeros(8) + "loss" +
-                              ('\x10' + zeros(7)) + zeros(16) + "errs" + zeros(8);
+  const std::string content =
+      "caromode" + ('\x05' + zeros(3)) + "body" + ('\xC9' + zeros(7)) + body + "surf" +
+      ('\x28' + zeros(7)) + ('\x01' + zeros(7)) + zeros(24) + zeros(8) + "mode" +
+      ('\x08' + zeros(7)) + zeros(8) + "shap" + ('\x08' + zeros(7)) + zeros(8) + "resi" +
+      ('\x10' + zeros(7)) + zeros(8) + zeros(8) + "loss" + ('\x10' + zeros(7)) + zeros(16) +
+      "errs" + zeros(8) + "heat" + ('\x18' + zeros(7)) + zeros(24);
   const auto bytes = encodedModalModel(model);
   ASSERT_TRUE(bytes) << bytes.error().message;
   ASSERT_EQ(bytes->size(), content.size() + 8);
@@ -277,8 +297,8 @@ TEST(ModalModelFile, SaysWhatIsWrong) {
   EXPECT_THAT(refusal({}), HasSubstr("is no modal model; expected a file that begins with"));
 
   std::vector<std::byte> newer = bytes;
-  newer[8] = std::byte{5};
-  EXPECT_THAT(refusal(newer), HasSubstr("is a modal model of version 5; expected version 1 to 4"));
+  newer[8] = std::byte{6};
+  EXPECT_THAT(refusal(newer), HasSubstr("is a modal model of version 6; expected version 1 to 5"));
 
   std::vector<std::byte> damaged = bytes;
   damaged[40] ^= std::byte{1};

@@ -286,7 +286,10 @@ class Host {
              numbers_.wild(1e-6),
              nullptr,
              numbers_.chance(128) ? numbers_.wild(1e-3) : 0.0,
-             numbers_.wild(1.0)};
+             numbers_.wild(1.0),
+             numbers_.wild(1e-5),
+             numbers_.wild(100.0),
+             numbers_.wild(500.0)};
       set->own_material = &own;
     }
     succeeded(carom_set_body(sound_, body(), &*set));

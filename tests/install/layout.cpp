@@ -55,6 +55,7 @@ void printVocabulary() {
   LAYOUT(Material);
   LAYOUT(Medium);
   LAYOUT(Roughness);
+  LAYOUT(ThermalProperties);
   LAYOUT(ImpulseEvent);
   LAYOUT(ContactState);
   LAYOUT(Listener);

@@ -609,6 +609,9 @@ TEST(CStructs, EveryNumberOfAMaterialArrivesAndComesBack) {
   input.damping_beta = 6;
   input.loss_factor = 0.5;
   input.loss_exponent = -1.5;
+  input.thermal_expansion = 7e-6;
+  input.thermal_conductivity = 8;
+  input.heat_capacity = 9;
   const Result<Material> material = materialFrom(&input);
   ASSERT_TRUE(material);
   EXPECT_EQ(*material, (Material{.name = "bronze",
@@ -620,7 +623,8 @@ TEST(CStructs, EveryNumberOfAMaterialArrivesAndComesBack) {
                                  .dampingBeta = 6,
                                  .roughness = findMaterial("bronze")->roughness,
                                  .lossFactor = 0.5,
-                                 .lossExponent = -1.5}));
+                                 .lossExponent = -1.5,
+                                 .thermal = {7e-6, 8, 9}}));
   const carom_material told = toC(*material);
   EXPECT_STREQ(told.name, "bronze");
   EXPECT_EQ(told.density, 1);
@@ -631,6 +635,9 @@ TEST(CStructs, EveryNumberOfAMaterialArrivesAndComesBack) {
   EXPECT_EQ(told.damping_beta, 6);
   EXPECT_EQ(told.loss_factor, 0.5);
   EXPECT_EQ(told.loss_exponent, -1.5);
+  EXPECT_EQ(told.thermal_expansion, 7e-6);
+  EXPECT_EQ(told.thermal_conductivity, 8);
+  EXPECT_EQ(told.heat_capacity, 9);
   ASSERT_NE(told.roughness, nullptr);
   EXPECT_EQ(told.roughness->rms_height, findMaterial("bronze")->roughness.rmsHeight);
   EXPECT_EQ(told.roughness->correlation_length,

@@ -606,7 +606,11 @@ TEST(SceneLoader, DampingBelongsToTheMaterial) {
   const Scene lossy = accepted(withOak({{"loss_factor", 0.01}, {"loss_exponent", -0.5}}));
   EXPECT_EQ(lossy.bodies[0].material.lossFactor, 0.01);
   EXPECT_EQ(lossy.bodies[0].material.lossExponent, -0.5);
+  const Scene warm = accepted(withOak(
+      {{"thermal_expansion", 5e-6}, {"thermal_conductivity", 0.2}, {"heat_capacity", 1600}}));
+  EXPECT_EQ(warm.bodies[0].material.thermal, (ThermalProperties{5e-6, 0.2, 1600.0}));
   const Scene without = accepted(withOak(json::object()));
+  EXPECT_EQ(without.bodies[0].material.thermal, ThermalProperties{});
   EXPECT_EQ(without.bodies[0].material.lossFactor, 0.0);
   EXPECT_EQ(without.bodies[0].material.dampingAlpha, 0.0);
   EXPECT_EQ(without.bodies[0].material.dampingBeta, 0.0);
@@ -1593,6 +1597,15 @@ CAROM_LIST std::vector<Refusal> shapeRefusals() {
   for (const double exponent : {-2.1, 2.1})
     add(withOak({{"loss_exponent", exponent}}), "/bodies/0/material/loss_exponent",
         {"an exponent"});
+  for (const double expansion : {-1e-6, 0.011})
+    add(withOak({{"thermal_expansion", expansion}}), "/bodies/0/material/thermal_expansion",
+        {"a thermal expansion (1/K)"});
+  for (const double conductivity : {-1.0, 1.1e5})
+    add(withOak({{"thermal_conductivity", conductivity}}),
+        "/bodies/0/material/thermal_conductivity", {"a thermal conductivity (W/(m K))"});
+  for (const double capacity : {-1.0, 1.1e5})
+    add(withOak({{"heat_capacity", capacity}}), "/bodies/0/material/heat_capacity",
+        {"a heat capacity (J/(kg K))"});
   add(withModes({{"accuracy", 0.6}}), modes + "/accuracy", {"an accuracy"});
   add(withModes({{"accuracy", 0.01}, {"dofs", 3000}}), modes + "/dofs", {"one of the two"});
   add(with("/sound", {{"ringing", "loud"}}), "/sound/ringing", {"\"pressed\", \"coupled\""});
@@ -2003,6 +2016,8 @@ CAROM_LIST std::vector<json> goodDocuments() {
     documents.push_back(withSolid({{"modes", modes}, {"movable", false}}));
   }
   documents.push_back(withOak({{"damping_alpha", 1e6}, {"damping_beta", 1}}));
+  documents.push_back(withOak(
+      {{"thermal_expansion", 0.01}, {"thermal_conductivity", 1e5}, {"heat_capacity", 1e5}}));
   for (const double exponent : {-2.0, 2.0})
     documents.push_back(withOak({{"loss_factor", 2}, {"loss_exponent", exponent}}));
   for (const char* ringing : {"pressed", "coupled"})

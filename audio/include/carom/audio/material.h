@@ -19,10 +19,20 @@ struct Roughness {
   bool operator==(const Roughness&) const = default;
 };
 
+/// How a material takes up heat and passes it on: what thermoelastic damping depends on. Where any
+/// of the three is 0, there is none. Valid: all finite and at least 0.
+struct ThermalProperties {
+  double expansion = 0.0;     ///< 1/K, linear
+  double conductivity = 0.0;  ///< W/(m K)
+  double heatCapacity = 0.0;  ///< J/(kg K), at constant pressure
+
+  bool operator==(const ThermalProperties&) const = default;
+};
+
 /// The properties of a body's material that contact and its sound need.
 /// Valid: density > 0, Young's modulus > 0, 0 <= Poisson's ratio < 0.5, 0 <= restitution <= 1,
-/// dampingAlpha >= 0, dampingBeta >= 0, lossFactor from 0 to 2, lossExponent from -2 to 2, a valid
-/// roughness.
+/// dampingAlpha >= 0, dampingBeta >= 0, lossFactor from 0 to 2, lossExponent from -2 to 2, valid
+/// roughness and thermal properties.
 struct Material {
   std::string name;
   double density = 0.0;        ///< kg/m^3
@@ -39,6 +49,7 @@ struct Material {
   /// which Rayleigh's two numbers cannot follow over the audible band.
   double lossFactor = 0.0;
   double lossExponent = 0.0;
+  ThermalProperties thermal = {};  ///< for losses by heat that flows, in addition to these
 
   bool operator==(const Material&) const = default;
 };
@@ -59,6 +70,13 @@ const Material* findMaterial(std::string_view name);
 /// above 0) decay: with w = 2 pi f, (alpha + beta w^2) / 2 by Rayleigh, and eta(f) w / 2 by the
 /// loss factor, the part of its energy that an oscillation loses in a radian. [any thread]
 double dampingRate(const Material& material, double frequency);
+
+/// Returns the loss factor (1) of a beam of that thickness (m) that bends at that frequency (Hz) by
+/// the heat which flows from its pressed side to its stretched one, at 20 degrees C: largest where
+/// that takes about a sixth of a period. C. Zener, "Internal friction in solids I", Phys. Rev. 52,
+/// 1937; R. Lifshitz, M. L. Roukes, "Thermoelastic damping in micro- and nanomechanical systems",
+/// Phys. Rev. B 61, 2000, in closed form. 0 where a thermal property is. [any thread]
+double thermoelasticLossFactor(const Material& material, double thickness, double frequency);
 
 /// Restitution of a pair: the geometric mean, so that a pair of one material has that material's
 /// own value. Bullet multiplies instead: hand it sqrt(restitution) per body and it agrees.

@@ -43,13 +43,16 @@ struct ModeRadiation {
 /// One mode of vibration of a free body.
 struct Mode {
   double frequency = 0.0;  ///< Hz, undamped: sqrt(lambda) / (2 pi)
-  /// 1/s, amplitude falls as exp(-decayRate t): what the material takes, dampingRate, and
-  /// ModeRadiation::decayRate.
+  /// 1/s, amplitude falls as exp(-decayRate t): what the material takes, dampingRate, heatDecayRate
+  /// and ModeRadiation::decayRate.
   double decayRate = 0.0;
   ModeRadiation radiation;
   /// 1, an estimate of how far the frequency may be off, relative to it, by the discretisation of
   /// the analysis; not what the material or the mesh are off by. 0: not known.
   double frequencyError = 0.0;
+  /// 1/s, the part of decayRate that is lost by heat which flows from where the mode presses the
+  /// material to where it stretches it. 0: not known, or left out.
+  double heatDecayRate = 0.0;
 };
 
 /// Numbers of modes that an analysis found and left out.

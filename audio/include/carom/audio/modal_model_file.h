@@ -28,7 +28,7 @@ namespace carom {
 /// where; memory is at most some 10 times the number of bytes. [any thread]
 
 inline constexpr std::string_view kModalModelMagic = "caromode";
-inline constexpr std::uint32_t kModalModelVersion = 4;
+inline constexpr std::uint32_t kModalModelVersion = 5;
 inline constexpr std::string_view kModalModelExtension = ".carom_modes";
 
 /// Returns the bytes of a model file. Error only if the model cannot be used.
