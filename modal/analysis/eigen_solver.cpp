@@ -25,6 +25,15 @@ constexpr int kLevelsTried = 3;
 constexpr double kShiftShare = 1e-7;  // default -shift, relative to the median of K_ii / M_ii
 constexpr int kExtensions = 4;        // most extensions of the space if modes are missing
 
+// Multiplies as rows of all columns at once: the matrix is read through once, and not for each
+// column.
+MatrixXd product(const SparseMatrix& matrix, const Eigen::Ref<const MatrixXd>& block) {
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  const Rows rows = block;
+  const Rows result = matrix * rows;
+  return result;
+}
+
 // An orthonormal basis in the inner product of M, its first columns with known images under Op:
 // Op basis[processed] = basis * projection.
 class KrylovSpace {
@@ -54,7 +63,7 @@ class KrylovSpace {
     if (processed_ == size_) extend(kBlock);
     const Index from = processed_;
     const Index width = size_ - from;
-    MatrixXd block = mass_ * basis_.middleCols(from, width);
+    MatrixXd block = product(mass_, basis_.middleCols(from, width));
     solve(block);
     processed_ = size_;
     const MatrixXd coefficients = append(std::move(block));
@@ -91,7 +100,7 @@ class KrylovSpace {
     MatrixXd coefficients = MatrixXd::Zero(size_, width);
     MatrixXd within = MatrixXd::Identity(width, width);
     for (const double least : {1e-14, 0.1}) {
-      const MatrixXd weighted = mass_ * block;
+      const MatrixXd weighted = product(mass_, block);
       const VectorXd norms = weighted.cwiseProduct(block).colwise().sum().cwiseSqrt().transpose();
       const MatrixXd along = basis_.leftCols(size_).transpose() * weighted;
       block.noalias() -= basis_.leftCols(size_) * along;
@@ -109,7 +118,7 @@ class KrylovSpace {
   // Gram-Schmidt within the block. Columns of which no more than `least` is left lie in the space
   // already and are dropped. Returns R of block = Q R.
   MatrixXd orthonormalise(MatrixXd& block, const VectorXd& least) const {
-    MatrixXd weighted = mass_ * block;
+    MatrixXd weighted = product(mass_, block);
     MatrixXd triangle = MatrixXd::Zero(block.cols(), block.cols());
     Index kept = 0;
     for (Index column = 0; column < block.cols(); ++column) {
@@ -290,8 +299,8 @@ class Search {
     solution_.solves = space.solves();
     solution_.vectors = space.vectors(wanted_);
     solution_.lambda = shift_ + space.theta().head(wanted_).array().inverse();
-    const MatrixXd weighted = mass_ * solution_.vectors;
-    const MatrixXd forces = stiffness_ * solution_.vectors;
+    const MatrixXd weighted = product(mass_, solution_.vectors);
+    const MatrixXd forces = product(stiffness_, solution_.vectors);
     for (Index mode = 0; mode < wanted_; ++mode) {
       const double lambda = solution_.lambda[mode];
       const double rest = (forces.col(mode) - lambda * weighted.col(mode)).norm();
