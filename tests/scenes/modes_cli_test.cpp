@@ -125,14 +125,19 @@ TEST_F(ModesCli, ASlenderBarRingsAsEulerAndBernoulliSay) {
   EXPECT_TRUE(bar.at("findings").empty());
 }
 
-TEST_F(ModesCli, DecayIsRayleighsDamping) {
+TEST_F(ModesCli, DecayIsRayleighsDampingAndHeat) {
   const json bar = parsed(carom(solid({"--no-cache", "--no-radiation", "--json"})));
   const Material& steel = *findMaterial("carbon_steel");
   for (const json& mode : bar.at("modes")) {
     const double turning = 2.0 * kPi * mode.at("frequency_hz").get<double>();
     const double rate = 0.5 * (steel.dampingAlpha + steel.dampingBeta * turning * turning);
-    EXPECT_NEAR(mode.at("decay_rate_per_s"), rate, 1e-9 * rate);
+    EXPECT_NEAR(mode.at("decay_rate_per_s"), rate + mode.at("heat_decay_rate_per_s").get<double>(),
+                1e-9 * rate);
   }
+  const json& lowest = bar.at("modes").at(0);  // bends across its height
+  const double frequency = lowest.at("frequency_hz");
+  const double heat = kPi * frequency * thermoelasticLossFactor(steel, kHeight, frequency);
+  EXPECT_NEAR(lowest.at("heat_decay_rate_per_s"), heat, 0.03 * heat);
 }
 
 TEST_F(ModesCli, TheTableHasTheNumbersOfTheJson) {
