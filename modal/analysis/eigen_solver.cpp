@@ -25,13 +25,21 @@ constexpr int kLevelsTried = 3;
 constexpr double kShiftShare = 1e-7;  // default -shift, relative to the median of K_ii / M_ii
 constexpr int kExtensions = 4;        // most extensions of the space if modes are missing
 
-// Multiplies as rows of all columns at once: the matrix is read through once, and not for each
-// column.
-MatrixXd product(const SparseMatrix& matrix, const Eigen::Ref<const MatrixXd>& block) {
-  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  const Rows rows = block;
-  const Rows result = matrix * rows;
-  return result;
+// Multiplies a few columns at once, row by row: the matrix is read through once for all of them.
+MatrixXd product(const SparseMatrix& matrix, const Eigen::Ref<const MatrixXd>& columns) {
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, kBlock, Eigen::RowMajor>;
+  MatrixXd products(columns.rows(), columns.cols());
+  for (Index from = 0; from < columns.cols(); from += kBlock) {
+    const Index width = std::min(kBlock, columns.cols() - from);
+    Rows rows = Rows::Zero(columns.rows(), kBlock);
+    rows.leftCols(width) = columns.middleCols(from, width);
+    Rows sums = Rows::Zero(columns.rows(), kBlock);
+    for (Index column = 0; column < matrix.outerSize(); ++column)
+      for (SparseMatrix::InnerIterator entry(matrix, column); entry; ++entry)
+        sums.row(entry.row()) += entry.value() * rows.row(column);
+    products.middleCols(from, width) = sums.leftCols(width);
+  }
+  return products;
 }
 
 // An orthonormal basis in the inner product of M, its first columns with known images under Op:
