@@ -97,7 +97,7 @@ MadeView runWanted(const Wanted& wanted, bool isConfined, const RunLimits& limit
     };
   }
   MadeView made = runView(wanted.file, *scene, limits, std::move(options));
-  if (auto* const view = std::get_if<ViewRun>(&made)) setSceneText(*view, *text);
+  if (auto* const view = std::get_if<ViewRun>(&made)) setSceneText(*view, *text, wanted.file);
   return made;
 }
 

@@ -188,8 +188,11 @@ struct carom_live {
       };
       const auto& shape = now.bodies[index].shape;
       if (const auto* sphere = std::get_if<SphereShape>(&shape)) add(*sphere);
-      if (const auto* solid = std::get_if<SolidShape>(&shape); solid && solid->canMove())
-        add(*solid);
+      if (const auto* solid = std::get_if<SolidShape>(&shape); solid && solid->canMove()) {
+        SolidShape placed = *solid;  // in files, a body's place is that of its form's origin
+        placed.position -= solid->orientation * solid->centreOfMass;
+        add(placed);
+      }
     }
     part(Part::states) = bytesOf(table);
   }

@@ -128,7 +128,7 @@ class ViewPage::Maker {
     run_["label"] = view.label;
     run_["stepper"] = view.stepper;
     if (!view.sceneText.empty())
-      run_["scene"] = blob(std::as_bytes(std::span(view.sceneText)));
+      addScene(view);
     else if (!view.notLive.empty())
       run_["notLive"] = view.notLive;
     run_["sound"] = {blob(sound->sound), blob(sound->portions)};
@@ -139,6 +139,15 @@ class ViewPage::Maker {
     addContacts(view);
     manifest_["runs"].push_back(std::move(run_));
     return fault();
+  }
+
+  void addScene(const ViewRun& view) {
+    run_["scene"] = blob(std::as_bytes(std::span(view.sceneText)));
+    if (view.held.text.empty()) return;
+    ordered_json files = ordered_json::array();
+    for (const HeldFile& file : view.held.files)
+      files.push_back({{"name", file.name}, {"blob", blob(file.bytes)}});
+    run_["held"] = {{"scene", blob(std::as_bytes(std::span(view.held.text)))}, {"files", files}};
   }
 
   // --- What happens ---

@@ -257,17 +257,14 @@ void hearAsTold(Scene& scene) {
   scene.sound.comparison.radiation = Radiation::compact;
 }
 
-void setSceneText(ViewRun& run, const std::string& text) {
-  const bool namesFiles = std::ranges::any_of(run.scene.bodies, [](const SceneBody& body) {
-    const auto* const solid = std::get_if<SolidShape>(&body.shape);
-    const bool isMesh =
-        solid != nullptr && std::holds_alternative<std::shared_ptr<const SolidMesh>>(solid->form);
-    return isMesh || body.normalMap || (body.ringing && !body.ringing->model.empty());
-  });
-  if (namesFiles)
-    run.notLive = "Its meshes, models or textures are files, which a page does not have.";
-  else
-    run.sceneText = text;
+void setSceneText(ViewRun& run, const std::string& text, const std::filesystem::path& sceneFile) {
+  Result<HeldScene> held = heldScene(text, sceneFile);
+  if (!held) {
+    run.notLive = "This page has not all that the scene needs: " + held.error().message + '.';
+    return;
+  }
+  run.sceneText = text;
+  if (held->text != text) run.held = *std::move(held);
 }
 
 double endOfStep(const ImpulseEvent& event, double step) {
@@ -291,7 +288,7 @@ Result<ViewRun> viewRecorded(const std::filesystem::path& file, bool confined,
   view.run.keepsOrder = recorded->reader->host() != nullptr;
   if (Status read = readPortions(*recorded->reader, view); !read) return read.error();
   if (const std::string& text = recorded->reader->header().sceneText; !text.empty())
-    setSceneText(view, text);
+    setSceneText(view, text, recorded->reader->header().sceneFile);
   if (Status sounds = addSounds(view, options.analysis); !sounds)
     return Error{file.string() + ": " + sounds.error().message};
   if (Status finished = finish(view); !finished)

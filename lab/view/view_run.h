@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "lab/view/held_scene.h"
+
 #include "audio/run/playable_run.h"
 #include "audio/run/run_player.h"
 #include "carom/audio/result.h"
@@ -32,6 +34,7 @@ struct ViewRun {
   scenes::Scene scene;
   std::string sceneText;   ///< JSON, with which a page can run the scene itself; empty: it cannot
   std::string notLive;     ///< a sentence: why not
+  HeldScene held;          ///< the same for a page, where the scene names files; else empty
   audio::PlayableRun run;  ///< without the poses of bodies that do not ring
   std::vector<std::vector<ListenerPose>> poses;  ///< of each body, in order of time
   std::vector<audio::JelloPicture> pictures;
@@ -68,8 +71,9 @@ Result<ViewRun> viewScene(const scenes::Scene& scene, const ViewOptions& options
 /// Has a scene on Bullet be heard as its host is told of it without Carom: with the impulses that
 /// were applied, pulses as they fall on the samples, and radiation as that of a point.
 void hearAsTold(scenes::Scene& scene);
-/// Gives a run its scene's text, if a page can run the scene: one that names no files.
-void setSceneText(ViewRun& run, const std::string& text);
+/// Gives a run its scene's text, and what it needs of the files that it names, so that a page can
+/// run the scene.
+void setSceneText(ViewRun& run, const std::string& text, const std::filesystem::path& sceneFile);
 
 /// Returns the end of the step, of so many s, in which an event is: when Bullet tells it.
 double endOfStep(const ImpulseEvent& event, double step);

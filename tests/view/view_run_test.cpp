@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <filesystem>
 #include <fstream>
 #include <string>
 #include <vector>
 
+#include "lab/view/held_scene.h"
 #include "lab/view/view_page.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -122,6 +124,59 @@ TEST(ViewRuns, ThatWereRecordedAreThoseOfTheirScenes) {
     EXPECT_EQ(recorded->pictures.size(), run->pictures.size());
     EXPECT_EQ(recorded->contacts.size(), run->contacts.size());
   }
+}
+
+std::string textOf(const std::filesystem::path& file) {
+  const Result<std::vector<std::byte>> bytes = readBytes(file);
+  EXPECT_TRUE(bytes);
+  return {reinterpret_cast<const char*>(bytes->data()), bytes->size()};
+}
+
+// With its files beside it, and nothing else, it moves as the scene does, to the bit.
+TEST(HeldScenes, MoveAsTheSceneDoes) {
+  for (const char* const name : {"dropped_wrench", "glass_and_plate", "pen_scrapes_brick"}) {
+    const Result<HeldScene> held = heldScene(textOf(fileOf(name)), fileOf(name));
+    ASSERT_TRUE(held) << held.error().message;
+    const TemporaryFolder folder;
+    for (const HeldFile& file : held->files)
+      ASSERT_TRUE(writeBytes(folder / file.name, file.bytes));
+    Result<Scene> scene = loadScene(fileOf(name));
+    Result<Scene> alone =
+        parseScene(held->text, (folder / "scene.json").string(), {.confined = true});
+    ASSERT_TRUE(scene);
+    ASSERT_TRUE(alone) << alone.error().message;
+    scene->duration = alone->duration = 0.6;
+    const Result<ViewTape> tape = recordView(*scene);
+    const Result<ViewTape> same = recordView(*alone);
+    ASSERT_TRUE(tape && same);
+    ASSERT_EQ(same->portions.size(), tape->portions.size());
+    std::size_t events = 0;
+    for (std::size_t portion = 0; portion < tape->portions.size(); ++portion) {
+      const auto& told = tape->portions[portion].events;
+      ASSERT_EQ(same->portions[portion].events.size(), told.size()) << name;
+      for (std::size_t event = 0; event < told.size(); ++event, ++events) {
+        EXPECT_EQ(same->portions[portion].events[event].time, told[event].time) << name;
+        EXPECT_EQ(same->portions[portion].events[event].impulse, told[event].impulse) << name;
+      }
+    }
+    EXPECT_GT(events + tape->portions.size(), 1u);
+  }
+}
+
+TEST(HeldScenes, AreTheirTextWhereNoFileIsNamed) {
+  const std::string text = textOf(fileOf("bouncing_ball"));
+  const Result<HeldScene> held = heldScene(text, fileOf("bouncing_ball"));
+  ASSERT_TRUE(held);
+  EXPECT_EQ(held->text, text);
+  EXPECT_TRUE(held->files.empty());
+}
+
+TEST(HeldScenes, AMeshThatIsGoneIsToldAndTheRunIsShownAllTheSame) {
+  const TemporaryFolder folder;
+  ViewRun view;
+  setSceneText(view, textOf(fileOf("dropped_wrench")), folder / "moved.json");
+  EXPECT_TRUE(view.sceneText.empty());
+  EXPECT_THAT(view.notLive, HasSubstr("wrench.obj"));
 }
 
 class ViewPages : public testing::Test {

@@ -33,7 +33,7 @@ for (const stepper of ['native', 'bullet']) {
 
 function measure(stepper) {
   const begin = cpu();
-  const mechanics = new Mechanics(module, text, null);
+  const mechanics = new Mechanics(module, {text}, null);
   if ((JSON.parse(text).stepper?.type ?? 'native') !== stepper) mechanics.setStepper(stepper === 'bullet', 1 / 240);
   mechanics.take();
   const engine = new Engine(module);

@@ -61,8 +61,13 @@ export class Desk {
     if (!runsScenes(this.sound.module)) throw new Error('The engine of this page runs no scenes.');
     if (run.notLive) throw new Error(run.notLive);
     if (run.scene === undefined) throw new Error('This page has no scene to play with.');
-    const text = new TextDecoder().decode(await this.blobs.get(run.scene));
-    return {text, sound: run.hasSound ? await run.soundBytes() : null, bounds: this.stage.boundsFor(run)};
+    const textOf = async (blob) => new TextDecoder().decode(await this.blobs.get(blob));
+    const source = {text: await textOf(run.scene), sound: run.hasSound ? await run.soundBytes() : null, bounds: this.stage.boundsFor(run)};
+    if (run.held) {
+      source.held = {text: await textOf(run.held.scene), files: []};
+      for (const {name, blob} of run.held.files) source.held.files.push({name, bytes: await this.blobs.get(blob)});
+    }
+    return source;
   }
   /// Begins the scene of the run that is shown, or shows the live run that is there already.
   async start() {
@@ -102,7 +107,7 @@ export class Desk {
   }
   /// The beginning of a scene, run ahead, which tells where it takes place and how loud it is.
   async #preview(text) {
-    const mechanics = new Mechanics(this.sound.module, text, null), run = await beginRun(mechanics, 0);
+    const mechanics = new Mechanics(this.sound.module, {text}, null), run = await beginRun(mechanics, 0);
     const end = performance.now() + kPreviewWork;
     while (run.growth.head < kPreview && performance.now() < end) run.growth.advance();
     mechanics.close();

@@ -52,10 +52,11 @@ export class Live extends EventTarget {
     return this.journal.settings;
   }
 
-  /// Begins a scene, given by {text, sound, bounds, alone}, in the place of the live run before; if `alone`, of all runs.
+  /// Begins a scene, given by {text, held, sound, bounds, alone}, in the place of the live run before; if `alone`, of all
+  /// runs. `held` is {text, files} of a scene that names files: as the page runs it.
   async begin(source) {
     const {runs} = this.player;
-    const mechanics = new Mechanics(this.sound.module, source.text, source.sound);
+    const mechanics = new Mechanics(this.sound.module, source.held ?? source, source.sound);
     const known = runs.indexOf(this.run), index = source.alone ? 0 : known < 0 ? runs.length : known;
     const run = await beginRun(mechanics, index);
     Object.assign(run, {id: 'live', label: 'live', bounds: source.bounds, open: true});
@@ -266,6 +267,7 @@ export class Live extends EventTarget {
                                               jello: this.run.jello ? mechanics.doubles('jello') : null});
   }
   link() {
+    if (this.#source.held) throw new Error('A link holds no files, and this scene names some. Copy the scene instead, into its folder.');
     return linkOf(this.sceneJson());
   }
   runFile() {

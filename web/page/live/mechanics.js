@@ -14,10 +14,13 @@ const encoder = new TextEncoder(), decoder = new TextDecoder();
 
 /// Every function that refuses throws an Error with the engine's own sentence.
 export class Mechanics extends Instance {
-  /// `sound` are the bytes of a run of the same scene, which tell how its bodies sound; or null.
-  constructor(module, text, sound) {
+  /// `files` are those that the scene's text names, each {name, bytes}; `sound` are the bytes of a run of the same
+  /// scene, which tell how its bodies sound, or null.
+  constructor(module, {text, files = []}, sound) {
     super(module);
     this.numbers = this.carom.malloc(24) >>> 0;
+    for (const {name, bytes} of files)
+      this.with(encoder.encode(`${name}\0`), (path) => this.with(bytes, (at, size) => this.carom.carom_live_hold_file(path, at, size)));
     const json = encoder.encode(text);
     this.live = this.with(json, (at, size) => (sound ? this.with(sound, (known, knownSize) => this.carom.carom_live_open(at, size, known, knownSize))
         : this.carom.carom_live_open(at, size, 0, 0))) >>> 0;
