@@ -86,7 +86,7 @@ std::vector<FrequencyPair> pairsOf(const std::vector<TapMode>& measured, const M
   return pairs;
 }
 
-/// What is sought beside the common factor.
+/// The unknowns beside the common factor.
 struct Freedom {
   bool poisson = false;
   bool wall = false;

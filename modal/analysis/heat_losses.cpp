@@ -12,7 +12,7 @@ namespace {
 /// Least part of a cell that counts; the fill of what is outside is less.
 constexpr double kLeastPart = 1e-6;
 
-/// What the dilatation of a cell's inside is summed up from.
+/// The inside of a cell, and how its dilatation is taken from the coefficients of its functions.
 struct CellDilatation {
   double volume = 0.0;                               ///< m^3
   Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();  ///< m^2, covariance of the inside, grid frame

@@ -264,7 +264,7 @@ TEST(HeatLosses, OfADiscFollowItsCurvatures) {
   EXPECT_LT(heatLoss(saddle), 0.35 * zenerLoss(material, kThickness, saddle.frequency));
 }
 
-// What a mode loses by heat is that of its shape, however finely the body is cut into cells.
+// A mode loses what its shape makes flow, however finely the body is cut into cells.
 TEST(HeatLosses, DoNotDependOnTheGrid) {
   const Material material = conductor();
   SurfaceMesh bar = boxMesh({0.04, 0.004, 0.002});

@@ -347,8 +347,8 @@ typedef struct carom_material {
   /// a mode of frequency f falls by exp(-pi f loss_factor (f / 1 kHz)^loss_exponent t) in addition.
   double loss_factor;
   double loss_exponent;
-  /// Of what rings, for losses by heat that flows from where it is pressed to where it is
-  /// stretched; none where one of the three is 0. All at least 0.
+  /// All at least 0. A body that rings loses by heat, too, which flows from where it is pressed to
+  /// where it is stretched; nothing where one of the three is 0.
   double thermal_expansion;     ///< 1/K, linear
   double thermal_conductivity;  ///< W/(m K)
   double heat_capacity;         ///< J/(kg K)

@@ -19,8 +19,8 @@ struct Roughness {
   bool operator==(const Roughness&) const = default;
 };
 
-/// How a material takes up heat and passes it on: what thermoelastic damping depends on. Where any
-/// of the three is 0, there is none. Valid: all finite and at least 0.
+/// The thermal properties of a material, on which thermoelastic damping depends. Where any of the
+/// three is 0, there is none. Valid: all finite and at least 0.
 struct ThermalProperties {
   double expansion = 0.0;     ///< 1/K, linear
   double conductivity = 0.0;  ///< W/(m K)
