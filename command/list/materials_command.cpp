@@ -26,6 +26,22 @@ double decayTime(const Material& material, double frequency) {
   return std::log(1000.0) / dampingRate(material, frequency);
 }
 
+/// By what factor the damping of a built-in material may be off, by where it comes from
+/// (docs/materials.md); 0 of any other material, or with damping of its own.
+int dampingFactor(const Material& material) {
+  constexpr std::array kMeasured = {"ceramic",   "aluminium", "brass", "copper",
+                                    "magnesium", "nickel",    "zinc",  "tin",
+                                    "lead",      "silver",    "gold"};
+  constexpr std::array kRough = {"steel",         "glass",        "plastic",  "wood",
+                                 "polycarbonate", "carbon_steel", "concrete", "cast_iron",
+                                 "rubber",        "hdpe",         "ptfe",     "cork"};
+  const Material* const builtIn = findMaterial(material.name);
+  if (builtIn == nullptr || decayTime(*builtIn, kReference) != decayTime(material, kReference))
+    return 0;
+  if (std::ranges::find(kMeasured, material.name) != kMeasured.end()) return 2;
+  return std::ranges::find(kRough, material.name) != kRough.end() ? 3 : 5;
+}
+
 std::string numberText(const char* pattern, double number) {
   std::array<char, 64> text{};
   std::snprintf(text.data(), text.size(), pattern, number);
@@ -44,6 +60,9 @@ nlohmann::ordered_json jsonOf(const Material& material) {
   object["damping_beta_s"] = material.dampingBeta;
   object["loss_factor"] = material.lossFactor;
   object["loss_exponent"] = material.lossExponent;
+  object["damping_within_factor"] = nullptr;
+  if (const int factor = dampingFactor(material); factor > 0)
+    object["damping_within_factor"] = factor;
   object["thermal_expansion_per_k"] = material.thermal.expansion;
   object["thermal_conductivity_w_m_k"] = material.thermal.conductivity;
   object["heat_capacity_j_kg_k"] = material.thermal.heatCapacity;
@@ -80,6 +99,8 @@ std::string detailOf(const Material& material) {
   if (material.lossFactor > 0.0)
     text += line("loss factor", numberText("%.4g at 1 kHz, ", material.lossFactor) +
                                     numberText("exponent %.3g", material.lossExponent));
+  if (const int factor = dampingFactor(material); factor > 0)
+    text += line("", "known within a factor of " + std::to_string(factor));
   for (const auto& [label, frequency] :
        {std::pair{"60 dB quieter at 250 Hz", 250.0}, {"at 1 kHz", 1000.0}, {"at 4 kHz", 4000.0}})
     text += line(label, numberText("in %.3g s, by its own losses", decayTime(material, frequency)));

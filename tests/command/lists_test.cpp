@@ -134,6 +134,26 @@ TEST(MaterialsCommand, TellsOfOneMaterialOrOfAFile) {
   std::ofstream(folder / "own.json") << R"({"like": "steel", "density": 7000})";
   const json own = parsed(carom({"materials", (folder / "own.json").string(), "--json"}));
   EXPECT_EQ(own.at("density_kg_m3"), 7000.0);
+  EXPECT_TRUE(own.at("damping_within_factor").is_null());  // it is called "own"
+}
+
+// docs/materials.md has a row of eight cells for each, of which the last but one is the factor.
+TEST(MaterialsCommand, DampingIsAsSureAsThePageSays) {
+  const std::string page = contents(fs::path(CAROM_SOURCE_DIR) / "docs" / "materials.md");
+  std::map<std::string, int> factors;
+  for (const std::string& line : linesOf(page.substr(page.find("\n## Damping\n")))) {
+    std::vector<std::string> cells;
+    std::istringstream row(line);
+    for (std::string cell; std::getline(row, cell, '|');)
+      cells.push_back(cell);
+    if (cells.size() == 9 && cells[1].starts_with(" `"))
+      factors[cells[1].substr(2, cells[1].size() - 4)] = std::stoi(cells[7]);
+  }
+  const json list = parsed(carom({"materials", "--json"})).at("materials");
+  EXPECT_EQ(factors.size(), list.size());
+  for (const json& material : list)
+    EXPECT_EQ(material.at("damping_within_factor"), factors[material.at("name")])
+        << material.at("name");
 }
 
 // Events
