@@ -1,5 +1,6 @@
 #include "modal/analysis/heat_losses.h"
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <numbers>
