@@ -31,6 +31,7 @@ constexpr double kErrorOrder = 2.5;       // power of the cells' size
 constexpr double kOrderMargin = 0.5;      // less than what was seen
 constexpr double kLowestOrder = 2.0;
 constexpr double kHighestOrder = 4.5;
+constexpr double kBestOrder = 2.5;  // with which an earlier change is taken to have gone on falling
 constexpr double kLeastError = 5e-5;  // of the fill and of the solver
 constexpr double kFinestAccuracy = 1e-5;
 constexpr double kCoarsestAccuracy = 0.5;
@@ -259,11 +260,15 @@ class Refinement {
         solidSystem(surface_.body, material_, settings_.grid, looks());
     if (!system) return system.error();
     const double size = system->grid.cellSize.maxCoeff();
-    const Result<SolidSystem> coarser =
-        solidSystem(surface_.body, material_,
-                    {.degreesOfFreedom = {}, .cellSize = kCoarserCell * size}, looks());
-    if (coarser && coarser->grid.count != system->grid.count)
-      if (const Status solved = solve(*coarser); !solved) return solved.error();
+    std::array<int, 3> before{};
+    for (const double coarser : {kCoarserCell * kCoarserCell, kCoarserCell}) {
+      const Result<SolidSystem> other = solidSystem(
+          surface_.body, material_, {.degreesOfFreedom = {}, .cellSize = coarser * size}, looks());
+      if (!other || other->grid.count == system->grid.count || other->grid.count == before)
+        continue;
+      before = other->grid.count;
+      if (const Status solved = solve(*other); !solved) return solved.error();
+    }
     if (const Status solved = solve(*system); !solved) return solved.error();
     SolidAnalysis analysis = analysisOf(surface_.shapes, material_, *system, solution_, errors_);
     analysis.grids = grids_;
@@ -305,13 +310,24 @@ class Refinement {
                           ? std::abs(std::sqrt(solution_.lambda[mode] / lambda) - 1.0)
                           : std::max(changes[mode - 1], highest / std::sqrt(lambda) - 1.0);
       const double order = orderOf(mode, changes[mode], ratio);
-      errors_[mode] = std::min(changes[mode] / (std::pow(ratio, order) - 1.0) + kLeastError, 1.0);
+      const double error =
+          std::max(changes[mode] / (std::pow(ratio, order) - 1.0), errorLeft(mode, ratio));
+      errors_[mode] = std::min(error + kLeastError, 1.0);
     }
     changes_ = std::move(changes);
+    ratio_ = ratio;
     solution_ = *std::move(solution);
     cellSize_ = size;
     ++grids_;
     return std::monostate{};
+  }
+
+  // Returns what is left at best of the error that the change before has shown. The last change
+  // alone may be next to nothing: a grid that is not finer than a bend's radius where it counts has
+  // the bend as stiff as the coarser one had.
+  double errorLeft(Eigen::Index mode, double ratio) const {
+    if (grids_ < 2 || mode >= changes_.size() || !(ratio_ > 1.0)) return 0.0;
+    return changes_[mode] / (std::pow(ratio_, kBestOrder) - 1.0) / std::pow(ratio, kBestOrder);
   }
 
   // Returns the power of the cells' size with which a mode's error falls: as its last two changes
@@ -339,6 +355,7 @@ class Refinement {
   Eigen::VectorXd errors_;   // of its frequencies, relative; 0 where none are known
   Eigen::VectorXd changes_;  // of its frequencies since the grid before, relative
   double cellSize_ = 0.0;    // m, of its grid
+  double ratio_ = 0.0;       // of that before to its own
   double done_ = 0.0;        // share of the work
   std::size_t grids_ = 0;
 };

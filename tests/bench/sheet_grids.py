@@ -1,0 +1,140 @@
+#!/usr/bin/env python3
+"""Bent sheets without a closed form: the first 20 modes at the defaults of `carom modes` beside those on a grid of
+more unknowns.
+
+    sheet_grids.py --carom build/release/carom [--unknowns 40000] [--modes] [--short]
+
+A plate of 60 mm by 160 mm that is bent by a right angle, and a spoon, of steel and turned at random against the grid.
+Minutes each; docs/modal.md has the table.
+"""
+import argparse
+import json
+import math
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+MODES = 20
+TURN = (0.9, (0.6, -0.3, 0.74))  # rad, about that axis
+
+
+def cross(a, b):
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
+def unit(a):
+    size = math.sqrt(sum(part * part for part in a))
+    return [part / size for part in a]
+
+
+def turned(place):
+    """Rodrigues' formula."""
+    angle, axis = TURN[0], unit(TURN[1])
+    along = sum(a * b for a, b in zip(axis, place))
+    across = cross(axis, place)
+    return [p * math.cos(angle) + c * math.sin(angle) + a * along * (1 - math.cos(angle)) for p, c, a in zip(place, across, axis)]
+
+
+def sheet(middle, rows, columns, thickness):
+    """The OBJ text of a sheet about a middle surface, which is given at shares from 0 to 1 of its length and its width."""
+    step = 1e-5
+
+    def offset(u, v, side):
+        du = [b - a for a, b in zip(middle(u - step, v), middle(u + step, v))]
+        dv = [b - a for a, b in zip(middle(u, v - step), middle(u, v + step))]
+        return [p + side * 0.5 * thickness * n for p, n in zip(middle(u, v), unit(cross(du, dv)))]
+
+    vertices = [turned(offset(row / rows, column / columns, side)) for side in (-1, 1) for row in range(rows + 1) for column in range(columns + 1)]
+
+    def index(side, row, column):
+        return 1 + side * (rows + 1) * (columns + 1) + row * (columns + 1) + column
+
+    quads = []
+    for row in range(rows):
+        for column in range(columns):
+            corners = [(row, column), (row + 1, column), (row + 1, column + 1), (row, column + 1)]
+            quads.append([index(1, *corner) for corner in corners])
+            quads.append([index(0, *corner) for corner in reversed(corners)])
+    rim = ([(row, 0) for row in range(rows)] + [(rows, column) for column in range(columns)]
+           + [(row, columns) for row in range(rows, 0, -1)] + [(0, column) for column in range(columns, 0, -1)])
+    for here, there in zip(rim, rim[1:] + rim[:1]):
+        quads.append([index(0, *here), index(0, *there), index(1, *there), index(1, *here)])
+    lines = ["v {:.9g} {:.9g} {:.9g}".format(*vertex) for vertex in vertices]
+    for a, b, c, d in quads:
+        lines += [f"f {a} {b} {c}", f"f {a} {c} {d}"]
+    return "\n".join(lines) + "\n"
+
+
+def bent_plate():
+    flat, radius, width = 0.075, 0.006, 0.06
+    arc = radius * math.pi / 2
+
+    def middle(u, v):
+        along, y = u * (2 * flat + arc), (v - 0.5) * width
+        if along < flat:
+            return [along - flat, y, 0.0]
+        if along > flat + arc:
+            return [radius, y, along - flat - arc + radius]
+        angle = (along - flat) / radius
+        return [radius * math.sin(angle), y, radius * (1 - math.cos(angle))]
+
+    return sheet(middle, 120, 12, 0.002)
+
+
+def spoon():
+    def middle(u, v):
+        along, across = 0.17 * u, 2 * v - 1
+        bowl = min(max((along - 0.11) / 0.06, 0.0), 1.0)  # 0 along the handle, 1 at the tip
+        swell = math.sin(math.pi * min(bowl, 0.93)) if bowl > 0 else 0.0
+        half = 0.005 + 0.016 * swell
+        deep = 0.009 * swell
+        return [along, half * across, -deep * (1 - across * across) - 0.01 * math.sin(math.pi * u)]
+
+    return sheet(middle, 160, 24, 0.0016)
+
+
+def modes_of(carom, mesh, folder, *more):
+    begin = time.monotonic()
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    done = subprocess.run([carom, "modes", mesh, "--material", "carbon_steel", "--modes", str(MODES), "--no-radiation", "--no-cache", "--json",
+                           "-o", folder / "model.carom_modes", *more], capture_output=True, text=True)
+    if done.returncode != 0:
+        sys.exit(f"sheet_grids: {done.stderr.strip()}")
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    answer = json.loads(done.stdout)
+    answer["cpu_s"] = after.ru_utime - before.ru_utime
+    answer["memory_mb"] = after.ru_maxrss / 1024
+    answer["wall_s"] = time.monotonic() - begin
+    return answer
+
+
+def main():
+    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    options.add_argument("--carom", type=Path, required=True)
+    options.add_argument("--unknowns", type=int, default=40000, help="of the grid that the defaults are compared with")
+    options.add_argument("--modes", action="store_true", help="list them all")
+    options.add_argument("--short", action="store_true", help="grids of 1000 and 2000 unknowns, to see that all of it runs")
+    chosen = options.parse_args()
+    print("body         unknowns  beside  CPU, s   MB  worst, %  told, %  within")
+    for name, make in (("bent plate", bent_plate), ("spoon", spoon)):
+        with tempfile.TemporaryDirectory(prefix="carom_sheet_") as folder:
+            folder = Path(folder)
+            mesh = folder / f"{name.replace(' ', '_')}.obj"
+            mesh.write_text(make(), encoding="utf-8")
+            usual = modes_of(chosen.carom, mesh, folder, *(["--dofs", "1000"] if chosen.short else []))
+            fine = modes_of(chosen.carom, mesh, folder, "--dofs", "2000" if chosen.short else str(chosen.unknowns))
+        errors = [one["frequency_hz"] / other["frequency_hz"] - 1 for one, other in zip(usual["modes"], fine["modes"])]
+        told = [mode["frequency_error"] for mode in usual["modes"]]
+        within = sum(abs(error) <= bound for error, bound in zip(errors, told))
+        print(f"{name:12} {usual['degrees_of_freedom']:8} {fine['degrees_of_freedom']:7} {usual['cpu_s']:7.1f} {usual['memory_mb']:4.0f} "
+              f"{100 * max(map(abs, errors)):9.3f} {100 * max(told):8.3f}  {within} of {len(errors)}", flush=True)
+        if chosen.modes:
+            for one, other, error, bound in zip(usual["modes"], fine["modes"], errors, told):
+                print(f"    {one['frequency_hz']:10.2f} Hz  {other['frequency_hz']:10.2f}  {100 * error:+.3f} %  told {100 * bound:.3f} %")
+
+
+if __name__ == "__main__":
+    main()
