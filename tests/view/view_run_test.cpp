@@ -159,7 +159,7 @@ TEST(HeldScenes, MoveAsTheSceneDoes) {
         EXPECT_EQ(same->portions[portion].events[event].impulse, told[event].impulse) << name;
       }
     }
-    EXPECT_GT(events + tape->portions.size(), 1u);
+    EXPECT_GT(events, 1u) << name;
   }
 }
 
