@@ -190,17 +190,19 @@ struct Matched {
 };
 
 Result<Matched> matched(const std::vector<TapMode>& measured, const BodyVariants& variants,
-                        const BodyVariant& variant, const BodyFitSettings& settings) {
+                        const BodyVariant& variant, const ModeMatchSettings& settings) {
   Result<ModalModel> model = variants.analysed(variant);
   if (!model) return model.error();
-  ModeMatch match = matchModes(measured, linesOfModel(*model), withoutChance(settings.match));
+  ModeMatch match = matchModes(measured, linesOfModel(*model), settings);
   return Matched{variant, *std::move(model), std::move(match)};
 }
 
 /// Returns the change of the wall (m) with which the tap matches best: between bodies that are
 /// analysed, frequencies go with a square of the wall.
 Result<double> bestWall(const std::vector<TapMode>& measured, const BodyVariants& variants,
-                        const ModalModel& start, const BodyFitSettings& settings) {
+                        const BodyFitSettings& settings) {
+  const Result<ModalModel> start = variants.analysed(settings.start);
+  if (!start) return start.error();
   const std::array<double, 2> walls = {kThinTrial * settings.wallThickness,
                                        kThickTrial * settings.wallThickness};
   std::array<std::vector<double>, 2> shifts;
@@ -209,9 +211,9 @@ Result<double> bestWall(const std::vector<TapMode>& measured, const BodyVariants
     variant.wall += walls[trial];
     const Result<ModalModel> model = variants.analysed(variant);
     if (!model) return model.error();
-    shifts[trial] = frequencyShifts(start, *model);
+    shifts[trial] = frequencyShifts(*start, *model);
   }
-  const std::vector<ComputedLine> lines = linesOfModel(start);
+  const std::vector<ComputedLine> lines = linesOfModel(*start);
   double best = 0.0;
   double bestScore = -1e300;
   for (int step = -kWallTrials; step <= kWallTrials; ++step) {
@@ -229,16 +231,16 @@ Result<double> bestWall(const std::vector<TapMode>& measured, const BodyVariants
   return best;
 }
 
-/// Analyses the start, and with `freeThickness` the body with the wall that matches best.
+/// Analyses the start, or with `freeThickness` the body with the wall that matches best.
 Result<Matched> bestStart(const std::vector<TapMode>& measured, const BodyVariants& variants,
                           const BodyFitSettings& settings) {
-  Result<Matched> start = matched(measured, variants, settings.start, settings);
-  if (!start || !settings.freeThickness) return start;
-  const Result<double> wall = bestWall(measured, variants, start->model, settings);
-  if (!wall) return wall.error();
   BodyVariant variant = settings.start;
-  variant.wall += *wall;
-  return matched(measured, variants, variant, settings);
+  if (settings.freeThickness) {
+    const Result<double> wall = bestWall(measured, variants, settings);
+    if (!wall) return wall.error();
+    variant.wall += *wall;
+  }
+  return matched(measured, variants, variant, withoutChance(settings.match));
 }
 
 Result<Sensitivities> sensitivitiesOf(const BodyVariants& variants, const Matched& start,
@@ -368,16 +370,15 @@ Result<BodyFit> fitBody(const std::vector<TapMode>& measured, const BodyVariants
   // A wall changes frequencies by more than in proportion: the body found is a better start.
   for (int restart = 0; restart < kRestarts; ++restart) {
     if (std::abs(shift) <= kSettledWall * settings.wallThickness) break;
-    Result<ModalModel> model = variants.analysed(fit.variant);
-    if (!model) return model.error();
-    start->variant = fit.variant;
-    start->model = *std::move(model);
+    start = matched(measured, variants, fit.variant, around(fit.factor, settings.match));
+    if (!start) return start.error();
+    if (start->match.matched < settings.match.leastMatched) break;
     sensitivities = sensitivitiesOf(variants, *start, settings);
     if (!sensitivities) return sensitivities.error();
-    const std::vector<ComputedLine> nearer = linesOfModel(start->model);
-    const ModeMatch match = matchModes(measured, nearer, around(fit.factor, settings.match));
-    if (match.matched < settings.match.leastMatched) break;
-    setFit(fit, refinedFit(fit, match, measured, nearer, *sensitivities, settings), settings);
+    setFit(fit,
+           refinedFit(fit, start->match, measured, linesOfModel(start->model), *sensitivities,
+                      settings),
+           settings);
     shift = fit.variant.wall - start->variant.wall;
   }
   return fit;
