@@ -114,6 +114,8 @@ def main():
     options.add_argument("--modes", action="store_true", help="list them all")
     options.add_argument("--short", action="store_true", help="grids of 1000 and 2000 unknowns, to see that all of it runs")
     chosen = options.parse_args()
+    if not chosen.carom.is_file():
+        options.error(f"{chosen.carom}: there is no such program; expected carom as it was built")
     print("body         unknowns  beside  CPU, s  worst, %  told, %  within")
     for name, make in (("bent plate", bent_plate), ("spoon", spoon)):
         with tempfile.TemporaryDirectory(prefix="carom_sheet_") as folder:
