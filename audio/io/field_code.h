@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <complex>
 #include <concepts>
@@ -26,8 +27,10 @@ class FieldWriter {
   explicit FieldWriter(std::vector<std::byte>& bytes) : bytes_(bytes) {}
 
   void number(std::unsigned_integral auto value) {
+    std::array<std::byte, sizeof value> digits;
     for (std::size_t at = 0; at < sizeof value; ++at)
-      bytes_.push_back(static_cast<std::byte>(value >> (8 * at) & 0xFF));
+      digits[at] = static_cast<std::byte>(value >> (8 * at) & 0xFF);
+    add(digits);
   }
   void number(double value) { number(std::bit_cast<std::uint64_t>(value)); }
   void number(float value) { number(std::bit_cast<std::uint32_t>(value)); }
@@ -45,15 +48,18 @@ class FieldWriter {
   }
   void text(const std::string& value) {
     number(static_cast<std::uint64_t>(value.size()));
-    for (const char letter : value)
-      bytes_.push_back(static_cast<std::byte>(letter));
+    add(std::as_bytes(std::span(value)));
+  }
+  /// Writes how many bytes there are, and them.
+  void bytes(const std::vector<std::byte>& value) {
+    number(static_cast<std::uint64_t>(value.size()));
+    add(value);
   }
 
   /// Writes tag, length and content; the length is filled in once the content is there.
   template <class Content>
   void section(std::string_view tag, const Content& content) {
-    for (const char letter : tag)
-      bytes_.push_back(static_cast<std::byte>(letter));
+    add(std::as_bytes(std::span(tag)));
     const std::size_t lengthAt = bytes_.size();
     number(std::uint64_t{0});
     content(*this);
@@ -63,6 +69,10 @@ class FieldWriter {
   }
 
  private:
+  void add(std::span<const std::byte> more) {
+    bytes_.insert(bytes_.end(), more.begin(), more.end());
+  }
+
   std::vector<std::byte>& bytes_;
 };
 
@@ -109,6 +119,12 @@ class FieldReader {
     value.clear();
     for (const std::byte letter : bytes_.subspan(at_, static_cast<std::size_t>(size)))
       value.push_back(static_cast<char>(letter));
+    at_ += value.size();
+  }
+  void bytes(std::vector<std::byte>& value) {
+    value.clear();
+    count(value, 1);
+    std::ranges::copy(bytes_.subspan(at_, value.size()), value.begin());
     at_ += value.size();
   }
 

@@ -29,21 +29,11 @@ struct EncodedRun {
   std::vector<EncodedBodies> bodies;
 };
 
-void codeBytes(auto& archive, auto& bytes) {
-  archive.count(bytes, 1);
-  for (auto& byte : bytes) {
-    auto number = std::to_integer<std::uint8_t>(byte);
-    archive.number(number);
-    if constexpr (!std::is_const_v<std::remove_reference_t<decltype(byte)>>)
-      byte = static_cast<std::byte>(number);
-  }
-}
-
 void codeBodies(auto& archive, auto& list) {
   archive.count(list, 2 * sizeof(std::uint64_t));
   for (auto& bodies : list) {
     archive.number(bodies.portion);
-    codeBytes(archive, bodies.records);
+    archive.bytes(bodies.records);
   }
 }
 
@@ -51,7 +41,7 @@ void codeRun(auto& archive, auto& run) {
   archive.number(run.magic);
   archive.flag(run.keepsOrder);
   archive.number(run.deformationStep);
-  codeBytes(archive, run.world);
+  archive.bytes(run.world);
   codeBodies(archive, run.bodies);
 }
 
@@ -112,7 +102,7 @@ Result<EncodedRunParts> encodedRunParts(const PlayableRun& run) {
   FieldWriter head(parts.sound);
   codeRun(head, std::as_const(encoded));
   FieldWriter tail(parts.portions);
-  codeBytes(tail, std::as_const(portions));
+  tail.bytes(portions);
   return parts;
 }
 
@@ -129,7 +119,7 @@ Result<PlayableRun> decodedRun(std::span<const std::byte> bytes) {
   FieldReader reader(bytes, 0);
   codeRun(reader, encoded);
   std::vector<std::byte> told;
-  codeBytes(reader, told);
+  reader.bytes(told);
   reader.end();
   if (!reader.fault().empty()) return Error{reader.fault()};
   if (encoded.magic != kRunBytesMagic) return Error{"does not begin as a run does"};
@@ -161,7 +151,7 @@ Result<std::vector<std::byte>> encodedMore(const RunMore& more) {
   std::uint32_t magic = kMoreBytesMagic;
   writer.number(magic);
   codeBodies(writer, *bodies);
-  codeBytes(writer, portions);
+  writer.bytes(portions);
   return bytes;
 }
 
@@ -172,7 +162,7 @@ Result<RunMore> decodedMore(std::span<const std::byte> bytes, std::uint32_t most
   std::vector<std::byte> told;
   reader.number(magic);
   codeBodies(reader, encoded);
-  codeBytes(reader, told);
+  reader.bytes(told);
   reader.end();
   if (!reader.fault().empty()) return Error{reader.fault()};
   if (magic != kMoreBytesMagic) return Error{"does not begin as what comes to a run does"};

@@ -1,10 +1,12 @@
 #include "audio/run/run_tables.h"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
+#include <compare>
 #include <limits>
-#include <map>
+#include <numeric>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -217,31 +219,33 @@ void putCount(std::vector<std::byte>& bytes, std::size_t count) {
     bytes.push_back(static_cast<std::byte>((count >> shift) & 0xffU));
 }
 
-/// Returns the bits of a row's numbers in `keys` columns.
-std::vector<std::uint64_t> keyOf(std::span<const double> row, std::size_t keys) {
-  std::vector<std::uint64_t> key;
-  for (const double number : row.first(keys))
-    key.push_back(std::bit_cast<std::uint64_t>(number));
-  return key;
-}
-
 constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 
-/// Returns which row each row is told as a difference from: the latest that has the same key, or
-/// else the one above; kNone of the first.
+/// Returns which row each row is told as a difference from: the latest that has the same bits in
+/// its first `keys` columns, or else the one above; kNone of the first.
 std::vector<std::size_t> rowsBefore(std::span<const double> values, std::size_t rows,
                                     std::size_t keys) {
   std::vector<std::size_t> before(rows);
   for (std::size_t row = 0; row < rows; ++row)
     before[row] = row == 0 ? kNone : row - 1;
-  if (keys == 0) return before;
-  std::map<std::vector<std::uint64_t>, std::size_t> latest;
-  const std::size_t columns = rows == 0 ? 0 : values.size() / rows;
-  for (std::size_t row = 0; row < rows; ++row) {
-    const auto [known, isNew] =
-        latest.try_emplace(keyOf(values.subspan(row * columns, columns), keys), row);
-    if (!isNew) before[row] = std::exchange(known->second, row);
-  }
+  if (keys == 0 || rows == 0) return before;
+  const std::size_t columns = values.size() / rows;
+  const auto compareKeys = [&](std::size_t a, std::size_t b) {
+    for (std::size_t at = 0; at < keys; ++at) {
+      const auto ofA = std::bit_cast<std::uint64_t>(values[a * columns + at]);
+      const auto ofB = std::bit_cast<std::uint64_t>(values[b * columns + at]);
+      if (ofA != ofB) return ofA <=> ofB;
+    }
+    return std::strong_ordering::equal;
+  };
+  std::vector<std::size_t> byKey(rows);
+  std::iota(byKey.begin(), byKey.end(), std::size_t{0});
+  std::ranges::sort(byKey, [&](std::size_t a, std::size_t b) {
+    const std::strong_ordering order = compareKeys(a, b);
+    return order == 0 ? a < b : order < 0;
+  });
+  for (std::size_t at = 1; at < rows; ++at)
+    if (compareKeys(byKey[at - 1], byKey[at]) == 0) before[byKey[at]] = byKey[at - 1];
   return before;
 }
 
@@ -256,6 +260,8 @@ void putTable(std::vector<std::byte>& bytes, std::span<const double> values, std
   const std::vector<std::size_t> alike = rowsBefore(values, rows, keys);
   std::vector<std::uint64_t> column(rows);
   std::vector<std::uint64_t> differences(rows);
+  std::size_t end = bytes.size();
+  bytes.resize(end + values.size() * kWord);
   for (std::size_t at = 0; at < columns; ++at) {
     const std::vector<std::size_t>& before = at < keys ? above : alike;
     for (std::size_t row = 0; row < rows; ++row) {
@@ -264,7 +270,7 @@ void putTable(std::vector<std::byte>& bytes, std::span<const double> values, std
     }
     for (unsigned shift = 0; shift < 64; shift += 8)
       for (const std::uint64_t word : differences)
-        bytes.push_back(static_cast<std::byte>((word >> shift) & 0xffU));
+        bytes[end++] = static_cast<std::byte>((word >> shift) & 0xffU);
   }
 }
 

@@ -263,7 +263,7 @@ export class Live extends EventTarget {
   /// The scene as it is at the head.
   sceneJson() {
     const {mechanics} = this.growth;
-    return sceneText(this.journal, this.run, {states: mechanics.doubles('states'), time: this.head,
+    return sceneText(this.journal, this.run, {states: mechanics.doubles('states').slice(), time: this.head,
                                               jello: this.run.jello ? mechanics.doubles('jello') : null});
   }
   link() {

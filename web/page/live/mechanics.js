@@ -61,28 +61,34 @@ export class Mechanics extends Instance {
     this.check(this.carom.carom_live_rewind(this.live, time));
   }
 
-  /// A copy of the bytes of a part. Some are taken, the others are made here.
-  part(name) {
+  /// The bytes of a part where the engine has them: a view that ends with the next call of any function here. Some parts
+  /// are taken, the others are made here.
+  view(name) {
     const number = kParts.indexOf(name);
     if (['drawing', 'opening', 'states', 'file', 'jello'].includes(name)) this.check(this.carom.carom_live_make(this.live, number));
     return this.#bytes(this.carom.carom_live_part(this.live, number), this.carom.carom_live_part_size(this.live, number));
   }
-  json(name) {
-    return JSON.parse(decoder.decode(this.part(name)));
-  }
+  /// Views of the numbers of a part.
   doubles(name) {
-    const bytes = this.part(name);
-    return new Float64Array(bytes.buffer, 0, bytes.length >> 3);
+    const bytes = this.view(name);
+    return new Float64Array(bytes.buffer, bytes.byteOffset, bytes.length >> 3);
   }
   floats(name) {
-    const bytes = this.part(name);
-    return new Float32Array(bytes.buffer, 0, bytes.length >> 2);
+    const bytes = this.view(name);
+    return new Float32Array(bytes.buffer, bytes.byteOffset, bytes.length >> 2);
+  }
+  /// Copies of the bytes of a part and of a blob.
+  part(name) {
+    return this.view(name).slice();
   }
   blob(number) {
-    return this.#bytes(this.carom.carom_live_blob(this.live, number), this.carom.carom_live_blob_size(this.live, number));
+    return this.#bytes(this.carom.carom_live_blob(this.live, number), this.carom.carom_live_blob_size(this.live, number)).slice();
+  }
+  json(name) {
+    return JSON.parse(decoder.decode(this.view(name)));
   }
   #bytes(at, size) {
-    return new Uint8Array(this.carom.memory.buffer, at >>> 0, size >>> 0).slice();
+    return new Uint8Array(this.carom.memory.buffer, at >>> 0, size >>> 0);
   }
 
   push(body, velocity) {
