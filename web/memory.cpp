@@ -8,8 +8,6 @@
 #include <cstddef>
 #include <cstdint>
 
-#include <unistd.h>
-
 namespace {
 
 constexpr std::size_t kPage = 65536;      // bytes, of WebAssembly

@@ -8,6 +8,8 @@
 namespace carom::modal {
 namespace {
 
+constexpr double kSharpCosine = 0.7071067811865476;  // of 45 degrees
+
 std::uint32_t rootOf(std::vector<std::uint32_t>& parent, std::uint32_t vertex) {
   while (parent[vertex] != vertex) {
     parent[vertex] = parent[parent[vertex]];
@@ -73,6 +75,30 @@ SurfaceMesh withoutUnused(SurfaceMesh mesh) {
       corner = place[corner];
   mesh.vertices = std::move(kept);
   return mesh;
+}
+
+double sharpInnerEdges(const SurfaceMesh& mesh) {
+  const auto corner = [&mesh](std::uint32_t triangle, std::size_t side) -> const Vec3& {
+    return mesh.vertices[mesh.triangles[triangle][side]];
+  };
+  const auto normalOf = [&corner](std::uint32_t triangle) -> Vec3 {
+    const Vec3& first = corner(triangle, 0);
+    return (corner(triangle, 1) - first).cross(corner(triangle, 2) - first).normalized();
+  };
+  const MeshEdges edges(mesh);
+  double length = 0.0;
+  for (std::size_t edge = 0; edge < edges.size(); ++edge) {
+    const std::span<const EdgeUse> uses = edges[edge];
+    if (uses.size() != 2 || uses[0].forward == uses[1].forward) continue;
+    const Vec3 normal = normalOf(uses[0].triangle);
+    if (normal.dot(normalOf(uses[1].triangle)) >= kSharpCosine) continue;
+    const Vec3& low = mesh.vertices[uses[0].low];
+    double height = 0.0;  // of the other triangle above the plane of the first
+    for (std::size_t side = 0; side < 3; ++side)
+      height += normal.dot(corner(uses[1].triangle, side) - low);
+    if (height > 0.0) length += (mesh.vertices[uses[0].high] - low).norm();
+  }
+  return length;
 }
 
 double extentOf(const SurfaceMesh& mesh) {

@@ -41,6 +41,11 @@ std::vector<std::uint32_t> partsOf(const SurfaceMesh& mesh);
 /// Returns the mesh without the vertices that no triangle uses; the others keep their order.
 SurfaceMesh withoutUnused(SurfaceMesh mesh);
 
+/// Returns the length (m) of all edges at which two triangles of a closed surface meet at an angle
+/// of more than 45 degrees to their common plane, with the body on the wider side: where stress is
+/// singular. A fillet has none if its facets turn by less.
+double sharpInnerEdges(const SurfaceMesh& mesh);
+
 /// Longest side (m) of the box around all vertices; 0 if there are none.
 double extentOf(const SurfaceMesh& mesh);
 

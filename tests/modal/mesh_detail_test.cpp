@@ -8,8 +8,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "modal/mesh/mesh_edges.h"
 #include "tests/audio/meshes.h"
 #include "tests/support/random.h"
+#include "tests/support/revolution_modes.h"
 
 namespace carom::test {
 
@@ -145,6 +147,21 @@ TEST(MeshDetail, RefusesToTearASurface) {
   const auto torn = simplified(many, 10);
   ASSERT_FALSE(torn);
   EXPECT_THAT(torn.error().message, HasSubstr("without tearing it"));
+}
+
+TEST(MeshEdges, AreSharpInsideOnlyWhereTheBodyIsMoreThanAHalfSpace) {
+  const SurfaceMesh box = boxMesh({1.0, 2.0, 3.0});
+  EXPECT_EQ(sharpInnerEdges(box), 0.0);
+  EXPECT_NEAR(sharpInnerEdges(turnedInsideOut(box)), 8.0 * (1.0 + 2.0 + 3.0), 1e-12);  // a cavity
+  EXPECT_EQ(sharpInnerEdges(ellipsoidMesh(Vec3::Ones(), 3)), 0.0);
+}
+
+TEST(MeshEdges, OfACupAreSharpInsideWhereWallAndBottomMeet) {
+  constexpr int kSides = 32;
+  const RevolvedBody cup = revolvedBodies()[2];
+  const double radius = cup.outline[4].x();
+  const double around = 2.0 * kSides * radius * std::sin(std::numbers::pi / kSides);
+  EXPECT_NEAR(sharpInnerEdges(revolvedMesh(cup, kSides)), around, 1e-12);
 }
 
 }  // namespace

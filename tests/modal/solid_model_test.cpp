@@ -584,5 +584,25 @@ TEST(SolidModel, ABentStripIsAsSureAsItSays) {
   }
 }
 
+// Stress is singular in the corner inside, so that errors fall slowly, and the changes between two
+// grids are small beside what is left.
+TEST(SolidModel, ACupWithASharpCornerInsideIsAsSureAsItSays) {
+  const test::RevolvedBody cup = test::revolvedBodies()[2];
+  const Material& ceramic = *findMaterial("ceramic");
+  const std::vector<double> expected = test::revolutionFrequencies(cup, ceramic, 5);
+  SolidSettings settings;
+  settings.grid.degreesOfFreedom = 5000;
+  settings.maxModes = 5;
+  const SolidAnalysis found = analysed(turned(test::revolvedMesh(cup, 160)), ceramic, settings);
+  ASSERT_EQ(found.model.modes.size(), 5u);
+  constexpr double kFacets = 4e-4;  // of the circles' 160 sides
+  for (std::size_t mode = 0; mode < 5; ++mode) {
+    const Mode& computed = found.model.modes[mode];
+    EXPECT_LT(computed.frequencyError, 0.5);
+    EXPECT_NEAR(computed.frequency / expected[mode], 1.0, computed.frequencyError + kFacets)
+        << mode;
+  }
+}
+
 }  // namespace
 }  // namespace carom

@@ -292,8 +292,14 @@ std::vector<double> revolutionFrequencies(const RevolvedBody& body, const Materi
     for (int element = 0; element < part.elements; ++element)
       section.elements.push_back(elementOf(section, part, element));
   std::vector<double> all;
+  double lowestBefore = 0.0;
   for (int n = 0; n < kHarmonics; ++n) {
     const std::vector<double> found = frequenciesOf(section, material, n);
+    // A wall that bends in more waves is stiffer; it only stretches less up to some number of them.
+    std::sort(all.begin(), all.end());
+    const bool isAbove = n > 2 && all.size() >= count && found.front() > all[count - 1];
+    if (isAbove && found.front() > lowestBefore) break;
+    lowestBefore = found.front();
     // Two motions of a rigid body are of n = 0, and two pairs of n = 1.
     const std::size_t rigid = n < 2 ? 2 : 0;
     for (std::size_t mode = rigid; mode < std::min(found.size(), rigid + count); ++mode)
