@@ -10,6 +10,7 @@
 #include <unsupported/Eigen/FFT>
 
 #include "audio/dsp/spread_kernel.h"
+#include "audio/model/immortal.h"
 #include "audio/model/mutex.h"
 
 namespace carom::audio {
@@ -70,14 +71,20 @@ BandNoise::BandNoise(double sampleRate) {
 }
 
 std::shared_ptr<const BandNoise> BandNoise::at(double sampleRate) {
-  static audio::Mutex mutex;
-  static std::map<double, std::weak_ptr<const BandNoise>> known;
-  const audio::MutexLock lock(mutex);
-  std::weak_ptr<const BandNoise>& place = known[sampleRate];
-  if (auto noise = place.lock()) return noise;
-  const std::shared_ptr<const BandNoise> made(new BandNoise(sampleRate));
-  place = made;
-  return made;
+  struct Known {
+    Mutex mutex;
+    std::map<double, std::weak_ptr<const BandNoise>> all;
+    // Kept for whoever opens one sound after another, as a game does for each of its levels: to
+    // make it takes two thirds of the time in which a sound begins.
+    std::shared_ptr<const BandNoise> latest;
+  };
+  static Known& known = immortal([] { return Known(); });
+  const MutexLock lock(known.mutex);
+  std::weak_ptr<const BandNoise>& place = known.all[sampleRate];
+  known.latest = place.lock();
+  if (!known.latest) known.latest.reset(new BandNoise(sampleRate));
+  place = known.latest;
+  return known.latest;
 }
 
 NoiseBed::NoiseBed(double sampleRate, std::size_t channels, std::optional<std::size_t> capacity)

@@ -15,8 +15,8 @@ namespace carom::audio {
 /// their sum does not repeat. Immutable, to be shared. [any thread]
 class BandNoise {
  public:
-  /// Makes the loops, or returns those that exist at that sample rate (Hz). Third octaves beyond
-  /// the band (kBand) are silent.
+  /// Makes the loops, or returns those that exist at that sample rate (Hz). Those that were asked
+  /// for last stay (3 MB). Third octaves beyond the band (kBand) are silent.
   static std::shared_ptr<const BandNoise> at(double sampleRate);
 
   std::span<const float> loop(std::size_t band) const { return loops_[band]; }
