@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <optional>
 
+#include "native/math/fused.h"
+
 // Highway compiles this file once for each instruction set. SIMD vectors of unknown length would
 // not fit into the slack.
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
@@ -222,7 +224,7 @@ void sumOf(const JelloSum& of) {
   for (; index < of.count; ++index) {
     double total = of.base[index];
     for (std::size_t term = 0; term < kTerms; ++term)
-      total = std::fma(of.factors[term], of.values[term][index], total);
+      total = fused(of.factors[term], of.values[term][index], total);
     of.out[index] = total;
   }
 }
@@ -246,7 +248,7 @@ void accelerate(const double* inverseMasses, double gravity, std::size_t count, 
     hn::StoreU(hn::MulAdd(hn::LoadU(d, forces + index), hn::LoadU(d, inverseMasses + index), added),
                d, forces + index);
   for (; index < count; ++index)
-    forces[index] = std::fma(forces[index], inverseMasses[index], gravity);
+    forces[index] = fused(forces[index], inverseMasses[index], gravity);
 }
 
 bool areWithin(const double* values, double middle, double most, std::size_t count) {
@@ -285,7 +287,7 @@ void addWall(const JelloWall& wall, std::size_t count, const JelloArrays& arrays
 }
 
 std::optional<JelloKernel> kernel() {
-#if HWY_NATIVE_FMA
+#if HWY_NATIVE_FMA || defined(__wasm__)  // there the plain kernel rounds twice as well
   return JelloKernel{hwy::TargetName(HWY_TARGET), addSprings, addWall, sum, accelerate, areWithin};
 #else
   return std::nullopt;
@@ -301,6 +303,10 @@ namespace carom::native {
 HWY_EXPORT(kernel);
 
 std::vector<JelloKernel> simdJelloKernels() {
+#if (HWY_TARGETS & (HWY_TARGETS - 1)) == 0  // one, so that Highway's library has nothing to choose
+  const auto only = HWY_STATIC_DISPATCH(kernel)();
+  return only ? std::vector<JelloKernel>{*only} : std::vector<JelloKernel>{};
+#else
   std::vector<JelloKernel> all;
   for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
     hwy::GetChosenTarget().Update(target);
@@ -308,6 +314,7 @@ std::vector<JelloKernel> simdJelloKernels() {
   }
   hwy::GetChosenTarget().DeInit();
   return all;
+#endif
 }
 
 }  // namespace carom::native
