@@ -83,7 +83,8 @@ std::string rowOf(const Material& material) {
          numberText("%14.3g", decayTime(material, kReference)) + '\n';
 }
 
-std::string detailOf(const Material& material) {
+/// Tells all of a material, whose properties stand in `source`.
+std::string detailOf(const Material& material, const std::string& source) {
   const auto line = [](const char* label, const std::string& text) {
     std::string row = label;
     row.resize(26, ' ');
@@ -116,7 +117,7 @@ std::string detailOf(const Material& material) {
                                                  1e3 * roughness.correlationLength) +
                                       numberText("Hurst exponent %.2g", roughness.hurst))
               : line("roughness", "none: it is smooth");
-  return text + line("sources", "docs/materials.md");
+  return text + line("source", source);
 }
 
 }  // namespace
@@ -163,7 +164,9 @@ int MaterialsCommand::list() const {
 int MaterialsCommand::one() const {
   const Result<Material> material = materialOf(name_, "");
   if (!material) return fail(kBadInput, material.error().message);
-  return answer(json_ ? jsonText(jsonOf(*material)) : detailOf(*material));
+  const bool isBuiltIn = findMaterial(name_) != nullptr;
+  return answer(json_ ? jsonText(jsonOf(*material))
+                      : detailOf(*material, isBuiltIn ? "docs/materials.md" : name_));
 }
 
 int MaterialsCommand::run() const {

@@ -246,6 +246,16 @@ std::size_t editDistance(std::string_view from, std::string_view to) {
   return row.back();
 }
 
+/// True if a word stands whole in a name: "oak" in "red_oak".
+bool isWordOf(std::string_view name, std::string_view word) {
+  for (std::size_t at = name.find(word); at != std::string_view::npos;
+       at = name.find(word, at + 1)) {
+    const std::size_t end = at + word.size();
+    if ((at == 0 || name[at - 1] == '_') && (end == name.size() || name[end] == '_')) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 void FirstError::record(std::string_view place, std::string_view what) {
@@ -568,7 +578,7 @@ std::string suggestion(std::string_view word, const std::vector<std::string_view
   std::size_t least = 1 + word.size() / 3;  // words at a greater distance are no misspellings
   for (const std::string_view candidate : words) {
     if (candidate.size() > kMaxShownText) continue;
-    const std::size_t distance = editDistance(word, candidate);
+    const std::size_t distance = isWordOf(candidate, word) ? 0 : editDistance(word, candidate);
     if (distance > least || (distance == least && !nearest.empty())) continue;
     least = distance;
     nearest = candidate;

@@ -167,7 +167,9 @@ class JsonNode {
 /// Returns `words` as "a", "b", "c"; a long list is cut.
 std::string quotedList(const std::vector<std::string_view>& words);
 
-/// Returns ` (did you mean "NEAREST"?)`, or an empty string when no word is near.
+/// Returns ` (did you mean "NEAREST"?)`, or an empty string when no word is near. The nearest is a
+/// name that has the word as one of its parts, as "red_oak" has "oak", or else the one with the
+/// fewest letters to change.
 std::string suggestion(std::string_view word, const std::vector<std::string_view>& words);
 
 /// Returns the text in quotation marks, cut when long, with control characters replaced.

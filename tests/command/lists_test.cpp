@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -135,6 +136,9 @@ TEST(MaterialsCommand, TellsOfOneMaterialOrOfAFile) {
   const json own = parsed(carom({"materials", (folder / "own.json").string(), "--json"}));
   EXPECT_EQ(own.at("density_kg_m3"), 7000.0);
   EXPECT_TRUE(own.at("damping_within_factor").is_null());  // it is called "own"
+  EXPECT_THAT(steel.out, testing::HasSubstr("docs/materials.md\n"));
+  const std::string file = (folder / "own.json").string();
+  EXPECT_THAT(carom({"materials", file}).out, testing::EndsWith(" " + file + "\n"));
 }
 
 // docs/materials.md has a row of eight cells for each, of which the last but one is the factor.

@@ -261,6 +261,7 @@ TEST_F(ModesCli, WrongUseOfModesIs2WithOneSentenceAndNothingIsWritten) {
            {{"modes", mesh}, "--material is required"},
            {{"modes", mesh, "--material", "unobtainium"}, "unknown material \"unobtainium\""},
            {{"modes", mesh, "--material", "wod"}, "did you mean \"wood\""},
+           {{"modes", mesh, "--material", "oak"}, "did you mean \"red_oak\""},
            {{"modes", mesh, "--material", "absent.json"}, "absent.json"},
            {{"modes", mesh, "--material", at("bad.json")}, "bad.json: /densty: unknown key"},
            {modes("missing.obj"), "missing.obj"},
