@@ -156,6 +156,27 @@ def check_gravity(browser, claims):
     claims.near(pose(browser, body, head + 0.2), [0.3 + 0.2 * (head + 0.2), 0.5 + 0.1 * (head + 0.2) + rise, 0.3], 1e-3, "with gravity upwards")
 
 
+def check_length(browser, claims):
+    """A run that is too long for the page's memory stops with a sentence, and goes on from where it is rewound to."""
+    told = browser.run("""(() => {
+      const {live} = carom;
+      carom.pause();
+      live.rewind(0.1);
+      const {head, size, most} = live;
+      live.most = size + 10000;
+      live.advance(100);
+      const end = live.head, full = live.size, words = document.getElementById('live-words').textContent;
+      live.rewind(0.1);
+      const again = live.size;
+      live.advance(0.1);
+      live.most = most;
+      return {words, head, size, end, full, again, later: live.head};
+    })()""")
+    claims.that(told["words"].startswith("The run is as long as the page can hold."), f"a run that is full: {told['words']}")
+    claims.that(told["head"] < told["end"] < 100 and told["size"] + 10000 < told["full"] < told["size"] + 100000, f"it is full at {told}")
+    claims.that(told["again"] == told["size"] and told["later"] > told["head"] + 0.09, f"and goes on after a rewind: {told}")
+
+
 def check_hand(browser, claims):
     """The mouse draws a body; where it is let go it flies on. A scrub into the past and the key G take back what came later."""
     browser.run("carom.live.rewind(0), carom.live.set({gravity: 0}), carom.live.set({gravity: 9.81})")
@@ -270,7 +291,7 @@ def check(browser, claims, chosen, folder):
     scene.write_text(json.dumps(COURT), encoding="utf-8")
     browser.call("Page.addScriptToEvaluateOnNewDocument", source=LISTEN)
     steps = [(begin_by_mouse,), (check_flight, "native", 1e-4), (check_flight, "bullet", 5e-3), (check_bits,), (check_heard,), (check_gravity,), (check_hand,),
-             (check_file, chosen, folder), (check_link,)]
+             (check_file, chosen, folder), (check_length,), (check_link,)]
     browser.open(make_page(chosen, scene, folder))
     browser.run("carom.ready")
     for step, *given in steps:

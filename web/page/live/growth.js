@@ -22,6 +22,7 @@ export async function beginRun(mechanics, index) {
 class Growth {
   pieces = [];   // frames: {sound: bytes, portions, told: rows of events, pictures}, up to the end of each
   cuts = 0;      // how often some were taken back
+  size = 0;      // bytes of all their sound; mechanics and engine have about as much of it, each
   #list = new EventList();
   #contacts = new ContactList();
   #times = new Growing(Float64Array);
@@ -59,6 +60,7 @@ class Growth {
     this.#addBodies(mechanics.json('bodies'));
     if (run.jello) this.#addPictures(mechanics.part('pictures'));
     run.duration = mechanics.settled;
+    this.size += sound.length;
     this.pieces.push({sound, portions: mechanics.portions, told: this.#list.told, pictures: this.#times.count});
   }
   #addBodies(bodies) {
@@ -89,6 +91,7 @@ class Growth {
     const {portions} = mechanics, head = mechanics.head;
     const stay = this.pieces.findLastIndex((piece) => piece.portions <= portions) + 1;
     this.pieces.length = stay;
+    this.size = this.pieces.reduce((size, {sound}) => size + sound.length, 0);
     ++this.cuts;
     const last = this.pieces[stay - 1];
     this.#list.keep(last.told);

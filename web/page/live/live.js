@@ -13,6 +13,8 @@ const kGrow = 100;               // ms between two updates of what the page show
 const kSlow = 0.5, kQuick = 0.1; // shares of pictures that came too late, at which it is said and not any more
 const kFirst = 1 / 120;          // s: a frame takes longer
 const kRate = 15;                // 1/s, the hand's: how fast a body follows
+const kMost = 4e8;               // bytes of a run's sound: with all that goes with them some 1.4 GB
+const kFull = 'The run is as long as the page can hold. Rewind it to go on from there, or begin again; it can be kept as a file.';
 const kStart = {duration: 1, listeners: [{position: [0, 0, 0]}]};
 
 /// Emits `begin`, `grow` (some more has happened), `bodies` (others are there), `cut` (some was taken back),
@@ -22,6 +24,7 @@ export class Live extends EventTarget {
   slow = false;
   past = false;
   over = false;      // the mechanics cannot go on
+  most = kMost;      // bytes at which it is not to go on
   #hand = null;
   #late = 0;         // share of pictures for which the mechanics came too late
   #gap = 0;          // s between two pictures, the longest of late
@@ -108,6 +111,7 @@ export class Live extends EventTarget {
   #step() {
     try {
       if (this.#hand) this.growth.mechanics.pull(this.#hand.body, this.#hand.point, this.#hand.place, kRate);
+      if (this.growth.size > this.most) throw new Error(kFull);
       this.growth.advance();
     } catch (error) {
       this.over = true;
