@@ -86,7 +86,9 @@ Status SoundOutput::prepareRendering(double sampleRate) {
   return onOpen(session_, [&](SoundSession& session) {
     SoundSettings settings = session.settings;
     settings.synth.sampleRate = sampleRate;
-    return session.makeEngine(settings);
+    Status made = session.makeEngine(settings);
+    if (made) session.pulled.show(*session.engine);
+    return made;
   });
 }
 
@@ -172,18 +174,22 @@ std::size_t SoundOutput::outputDelay() const {
 }
 
 void SoundOutput::render(std::span<float* const> channels, std::size_t frames) noexcept {
-  if (SoundEngine* const engine = engineOf(session_))
-    engine->render(channels, frames);
-  else
+  const auto render = [&](SoundEngine* engine) {
+    if (engine != nullptr) return engine->render(channels, frames);
     for (float* const channel : channels)
       std::fill_n(channel, frames, 0.0F);
+  };
+  if (session_ == nullptr) return render(nullptr);
+  session_->pulled.pull(render);
 }
 
 void SoundOutput::renderInterleaved(float* samples, std::size_t frames) noexcept {
-  if (SoundEngine* const engine = engineOf(session_))
-    engine->renderInterleaved(samples, frames);
-  else
+  const auto render = [&](SoundEngine* engine) {
+    if (engine != nullptr) return engine->renderInterleaved(samples, frames);
     std::fill_n(samples, frames * channelCount(), 0.0F);
+  };
+  if (session_ == nullptr) return render(nullptr);
+  session_->pulled.pull(render);
 }
 
 }  // namespace carom

@@ -456,6 +456,7 @@ Status SoundSession::begin() {
 void SoundSession::stop() {
   device.reset();
   if (!engine) return;
+  pulled.hide();
   SoundStatistics ended = engine->statistics();
   loseWaiting(ended);
   addEarlier(earlier, ended);

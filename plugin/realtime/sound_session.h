@@ -18,6 +18,7 @@
 #include "carom/sound_settings.h"
 #include "plugin/realtime/audio_device.h"
 #include "plugin/realtime/pressure_bounds.h"
+#include "plugin/realtime/pulled_engine.h"
 #include "plugin/realtime/recorded_samples.h"
 #include "plugin/realtime/run_recorder.h"
 #include "plugin/realtime/sound_engine.h"
@@ -145,6 +146,7 @@ struct SoundSession : std::enable_shared_from_this<SoundSession> {
   SamplesInMemory* captured = nullptr;      ///< those of `capturer`
   bool hasToldFailure = false;              ///< of the recording
   std::unique_ptr<SoundEngine> engine;
+  PulledEngine pulled;                ///< the same, where the host's audio thread renders
   std::optional<AudioDevice> device;  ///< destroyed before the engine that it pulls from
 };
 

@@ -1,6 +1,9 @@
 // Worlds, sounds and processes that end in any order, and sounds that end in any callback.
 
+#include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
@@ -9,6 +12,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -549,6 +553,40 @@ void expectNothing(Kind& moved) {
   moved.render({&channel, 1}, 4);
   EXPECT_EQ(samples[3], 0.0F);
   moved.renderInterleaved(samples, 4);
+}
+
+// The fuzzer of Sound's calls found an engine that was pulled from when it was gone.
+TEST(Pulling, MayGoOnWhileASoundIsStoppedPreparedAndClosed) {
+  constexpr std::size_t kFrames = 64;
+  for (int round = 0; round < 10; ++round) {
+    Result<EventSound> sound = EventSound::create(quiet());
+    ASSERT_TRUE(sound);
+    ASSERT_TRUE(sound->prepareRendering(48000.0));
+    std::vector<float> block(kFrames * sound->channelCount());
+    std::atomic<bool> ends = false;
+    std::atomic<int> blocks = 0;
+    std::thread audio([&] {
+      while (!ends) {
+        std::ranges::fill(block, 1.0F);
+        sound->renderInterleaved(block.data(), kFrames);
+        ++blocks;
+      }
+    });
+    const auto awaitBlocks = [&blocks] {
+      for (const int seen = blocks; blocks < seen + 2;)
+        std::this_thread::yield();
+    };
+    awaitBlocks();
+    sound->stop();
+    awaitBlocks();
+    EXPECT_TRUE(sound->prepareRendering(44100.0));
+    awaitBlocks();
+    EXPECT_TRUE(sound->close());
+    awaitBlocks();
+    ends = true;
+    audio.join();
+    EXPECT_EQ(block, std::vector<float>(block.size(), 0.0F));
+  }
 }
 
 TEST(MovedFrom, SoundRefusesEverything) {

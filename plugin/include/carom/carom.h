@@ -795,10 +795,10 @@ CAROM_API carom_status carom_set_time_scale(carom_sound* sound, double scale) CA
 CAROM_API carom_status carom_play(carom_sound* sound) CAROM_NOEXCEPT;
 /// 1 while a device plays; 0 otherwise, and for NULL.
 CAROM_API int32_t carom_is_playing(const carom_sound* sound) CAROM_NOEXCEPT;
-/// Prepares carom_render at a sample rate (Hz), or anew at another one. Not while it runs.
+/// Prepares carom_render at a sample rate (Hz), or anew at another one, also while it runs.
 CAROM_API carom_status carom_prepare_rendering(carom_sound* sound,
                                                double sample_rate) CAROM_NOEXCEPT;
-/// Closes the device; rendering gives silence. Not while carom_render runs.
+/// Closes the device; rendering gives silence. Also while carom_render runs on another thread.
 CAROM_API carom_status carom_stop(carom_sound* sound) CAROM_NOEXCEPT;
 /// Renders into a WAV file of float samples, at carom_settings.sample_rate, from now on; 1.0 in it
 /// is carom_settings.full_scale, or what carom_settings.level says. The file appears under its name

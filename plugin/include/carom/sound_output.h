@@ -44,8 +44,9 @@ class SoundOutput {
   /// destructor closes.
   ///
   /// A sound may be closed, or destroyed, in any callback of its world and in its own
-  /// (Sound::onCollision). A recording that nobody has closed when the process exits, on the thread
-  /// that began it, is finished then.
+  /// (Sound::onCollision). It may be closed, but not destroyed, while `render` runs on another
+  /// thread: that one is waited for, and later ones give silence. A recording that nobody has
+  /// closed when the process exits, on the thread that began it, is finished then.
   Status close();
 
   /// Sets where a listener is at the present time of the simulation: call it once a frame. A
@@ -73,10 +74,9 @@ class SoundOutput {
   /// True while a device plays.
   bool isPlaying() const;
   /// Prepares `render` at a sample rate (Hz), or anew at another one. Present sound stops, and a
-  /// device is closed. Not while `render` runs on another thread. Refuses a rate that Synth
-  /// refuses.
+  /// device is closed; `render` may run on another thread. Refuses a rate that Synth refuses.
   Status prepareRendering(double sampleRate);
-  /// Closes the device; `render` gives silence. Not while the host's `render` runs.
+  /// Closes the device; `render`, which may run on another thread, gives silence.
   void stop();
 
   /// Renders into a WAV file of float samples (see SoundFileWriter), at the rate of the settings,
