@@ -36,6 +36,10 @@ constexpr double kPatience = 0.1;
 /// Samples by which the clocks of simulation and samples may drift apart from one `advance` to the
 /// next; beyond, one of them has leapt.
 constexpr double kMostDrift = 256.0;
+/// s by which what is heard of a live ring may be behind; beyond, its body has leapt away, and the
+/// way there is not followed.
+constexpr double kMostBehind = 60.0;
+constexpr double kMostDelay = 1e10;  ///< s: who is farther away hears nothing
 /// Poses of a body: as far back as sound of 100 m away has left it.
 constexpr PoseTrackSettings kLivePoses{.capacity = 128};
 
@@ -462,7 +466,18 @@ bool RingTracks::sendStretch(const Ring& ring, Way& way, const Target& target) {
     if (live_ && way.last.front().emitted + way.rate * seconds > target.time) return false;
     const double time = timeOf(static_cast<double>(way.at + length), target);
     hear(ring, way, time);
-    if (then_.front().emitted > target.time) return false;
+    const Heard& next = then_.front();
+    if (next.emitted > target.time || !(next.delay <= kMostDelay)) return false;
+    if (live_ && next.emitted < target.time - kMostBehind) {
+      // As quiet as it is there, at once: its body may be back before its sound has come.
+      send(ring, way, 1.0, target.sink);
+      way.seen = {poseOf(ring, target.time), listeners_.placeOf(channel, target.time)};
+      way.last = then_;
+      way.last.front().delay = 0.0;
+      way.hasJumped = true;
+      stand(way, target);
+      return false;
+    }
     double rate = paths_->settings.doppler && !way.hasJumped ? rateOf(way, seconds) : 1.0;
     const double turn = changeOf(way);
     const double bend = std::abs(rate - way.rate) * static_cast<double>(length);

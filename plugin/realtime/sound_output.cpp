@@ -12,9 +12,6 @@ using namespace plugin;
 
 namespace {
 
-/// Bound of places (m): far below that beyond which a double cannot tell samples apart.
-constexpr double kFarthest = 1e12;
-
 SoundEngine* engineOf(const std::shared_ptr<SoundSession>& session) {
   return session != nullptr ? session->engine.get() : nullptr;
 }
@@ -46,7 +43,7 @@ Status SoundOutput::setListener(const Vec3& position, const Quat& orientation,
     if (listener >= poses.size())
       return Error{"sound: there is no listener " + std::to_string(listener) + "; there are " +
                    std::to_string(poses.size())};
-    if (!isPose(pose) || !(position.norm() <= kFarthest))
+    if (!isPose(pose) || !(position.norm() <= SoundSession::kFarthest))
       return Error{
           "sound: pose of listener " + std::to_string(listener) +
           ": expected a place within 1e12 m of the origin and a quaternion of unit length"};

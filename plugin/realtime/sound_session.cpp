@@ -371,9 +371,10 @@ void SoundSession::updateContact(const ContactState& contact) {
 
 Status SoundSession::moveBody(BodyId id, const ListenerPose& pose) {
   if (!bodies.contains(id)) return Error{"sound: there is no body " + std::to_string(id)};
-  if (!isPose(pose) || !(std::abs(pose.time) <= kLongestClock))
+  if (!isPose(pose) || !(std::abs(pose.time) <= kLongestClock) ||
+      !(pose.position.norm() <= kFarthest))
     return Error{"sound: pose of body " + std::to_string(id) +
-                 ": expected finite values and a quaternion of unit length"};
+                 ": expected a place within 1e12 m of the origin and a quaternion of unit length"};
   forEachRun([&](RunRecorder& run) { run.moveBody(id, pose); });
   forEachRecorder([&](SoundRecorder& each) { (void)each.scheduler().moveBody(id, pose); });
   if (engine) (void)engine->scheduler().moveBody(id, pose);

@@ -40,6 +40,9 @@ struct SoundSession : std::enable_shared_from_this<SoundSession> {
     Vec3 velocity = Vec3::Zero();  ///< m/s, as they do
   };
 
+  /// m, bound of places: far below that beyond which a double cannot tell samples apart.
+  static constexpr double kFarthest = 1e12;
+
   explicit SoundSession(const SoundSettings& soundSettings);
   virtual ~SoundSession();
   SoundSession(const SoundSession&) = delete;

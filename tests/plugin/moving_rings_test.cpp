@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -252,6 +253,37 @@ TEST(MovingRings, AtRestEachStepSaysSoAndTheBitsAreThoseOfTheOfflineRenderer) {
   ASSERT_TRUE(synth.moveListener(0, {0.0, {0.0, 1.0, 0.0}, Quat::Identity()}));
   synth.schedule(floorShare(dropOnBox(StruckBox::kBlow)));
   EXPECT_EQ(box.samples(), renderPlanes<float>(synth, box.samples().size())[0]);
+}
+
+// The fuzzer of EventSound's calls found a step without end: of a ring so far away that its sound
+// never comes. A million kilometres away it comes after an hour, and is not waited for.
+TEST(MovingRings, ABodyThatIsPutOutOfTheWorldHoldsNothingUp) {
+  Course course;
+  course.body = [](double time) {
+    return Vec3(time < 0.2 || time > 1.0 ? 0.1 * time : 1e9, 0.0, 0.0);
+  };
+  StruckBox box(course, oneEar(), boxOf({{kPitch, 1e-9, 1e-3}}));
+  box.stepTo(1.5);
+  const auto loudest = [&](double from, double to) {
+    double peak = 0.0;
+    for (auto at = static_cast<std::size_t>(from * kRate);
+         at < static_cast<std::size_t>(to * kRate); ++at)
+      peak = std::max(peak, std::abs(static_cast<double>(box.samples().at(at))));
+    return peak;
+  };
+  EXPECT_GT(loudest(0.1, 0.15), 0.0);
+  EXPECT_LT(loudest(0.5, 0.9), 1e-6 * loudest(0.1, 0.15));
+  EXPECT_GT(loudest(1.2, 1.4), 0.5 * loudest(0.1, 0.15));  // it is back
+}
+
+TEST(MovingRings, APlaceThatIsNoneIsRefused) {
+  EventSound sound = *EventSound::create(oneEar());
+  const auto drop = dropOnBox(StruckBox::kBlow);
+  ASSERT_TRUE(sound.setBody(kBall, drop.ball()));
+  EXPECT_TRUE(sound.moveBody(kBall, {0.0, Vec3(9e11, 0.0, 0.0), Quat::Identity()}));
+  const Status refused = sound.moveBody(kBall, {0.0, Vec3(0.0, 1e200, 0.0), Quat::Identity()});
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("within 1e12 m"), std::string::npos);
 }
 
 TEST(MovingRings, AListenerWhoIsPutElsewhereHearsNoClickAndNoChirp) {

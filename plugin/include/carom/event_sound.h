@@ -45,8 +45,8 @@ class EventSound : public SoundOutput {
   /// ring; of others nothing comes of it, and a body of which no pose comes stands where it was
   /// struck. A time not after the last one begins anew; so does a jump, by which the body's
   /// velocity changes by more than 15 m/s from one pose to the next: it is heard at its new place
-  /// within 10 ms, without Doppler effect. Refuses: no such body, a pose that is not finite or not
-  /// of unit length, a time beyond 1e9.
+  /// within 10 ms, without Doppler effect. Refuses: no such body, a place beyond 1e12 m, an
+  /// orientation that is not of unit length, a time beyond 1e9.
   Status moveBody(BodyId id, const ListenerPose& pose);
   /// Takes note that the simulation has come to `seconds`, and sends off what was posted. Beyond
   /// 1e9 nothing happens. The clock begins at 0: if it begins elsewhere, call this before the first
