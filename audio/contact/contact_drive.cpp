@@ -276,6 +276,10 @@ bool ContactDrive::begin(const Step& step) {
     return false;
   }
   settle(step);
+  if (!std::isfinite(load_ + mass_ + width_)) {  // a host's numbers may be finite, and too large
+    restart();
+    return false;
+  }
   for (std::size_t side = 0; side < scans_.size(); ++side)
     aim(step, step.surfaces[side], scans_[side]);
   return sounds_ || hasLeft(step);
