@@ -276,7 +276,8 @@ bool ContactDrive::begin(const Step& step) {
     return false;
   }
   settle(step);
-  if (!std::isfinite(load_ + mass_ + width_)) {  // a host's numbers may be finite, and too large
+  // A host's numbers may be finite, and too large.
+  if (!std::isfinite(load_) || std::isnan(mass_) || std::isnan(width_)) {
     restart();
     return false;
   }
