@@ -1,7 +1,10 @@
 #pragma once
 
 #include <atomic>
+
+#if CAROM_THREADS
 #include <thread>
+#endif
 
 namespace carom::plugin {
 
@@ -19,8 +22,10 @@ class PulledEngine {
     engine_ = nullptr;
     // A pull that begins now finds no engine, and one that has found it counts already: both
     // threads write before they read, and all four have one order.
+#if CAROM_THREADS
     while (pulls_ > 0)
       std::this_thread::yield();
+#endif
   }
   /// Calls `render` with the engine, or with null if there is none. [audio thread]
   template <class Render>

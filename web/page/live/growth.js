@@ -58,7 +58,7 @@ class Growth {
     this.#contacts.add(mechanics.doubles('contacts'));
     run.tracks.add(mechanics.floats('poses'));
     this.#addBodies(mechanics.json('bodies'));
-    if (run.jello) this.#addPictures(mechanics.part('pictures'));
+    if (run.jello) this.#addPictures(mechanics.view('pictures'));
     run.duration = mechanics.settled;
     this.size += sound.length;
     this.pieces.push({sound, portions: mechanics.portions, told: this.#list.told, pictures: this.#times.count});
@@ -72,7 +72,7 @@ class Growth {
     run.tracks.addBodies(added);
   }
   #addPictures(bytes) {
-    const width = 8 + 12 * this.run.jello.points, view = new DataView(bytes.buffer);
+    const width = 8 + 12 * this.run.jello.points, view = new DataView(bytes.buffer, bytes.byteOffset, bytes.length);
     for (let at = 0; at + width <= bytes.length; at += width) {
       this.#times.add([view.getFloat64(at, true)]);
       this.#places.add(new Float32Array(bytes.slice(at + 8, at + width).buffer));
