@@ -180,7 +180,8 @@ def check_length(browser, claims):
 def check_hand(browser, claims):
     """The mouse draws a body; where it is let go it flies on. A scrub into the past and the key G take back what came later."""
     browser.run("carom.live.rewind(0), carom.live.set({gravity: 0}), carom.live.set({gravity: 9.81})")
-    browser.run("carom.live.advance(1.5), carom.seek(carom.live.head)")
+    # What is pressed is what was drawn last: two pictures later that is the place that is asked for.
+    browser.run("(async () => { carom.live.advance(1.5); carom.seek(carom.live.head); for (let i = 0; i < 2; ++i) await new Promise(requestAnimationFrame); })()")
     x, y = browser.run("carom.project(carom.pose(1))")
     before = browser.run("carom.pose(1)")
     browser.mouse("mousePressed", x, y, button="left", buttons=1, clickCount=1)
