@@ -322,7 +322,7 @@ void BodyTracker::completeBody(TrackedBody& body, MotionHistory& history, double
 void BodyTracker::beginBody(TrackedBody& body, MotionHistory& history, double dt) {
   const btCollisionObject& object = *body.object;
   body.isPartial = body.rests = false;
-  if (body.shape == ContactShape::other) history.previous = body.current;
+  history.previous = body.current;
   body.kind = kindOf(object);
   body.awake = object.isActive() && body.kind != BodyKind::fixed;
   body.continuous = object.getCcdSquareMotionThreshold() > 0;

@@ -125,8 +125,7 @@ class BodyTracker {
   const TrackedBody* find(BodyId id, std::size_t& place) const;
   /// All bodies, in the order of the world's own array.
   const std::vector<TrackedBody>& bodies() const { return bodies_; }
-  /// Motion in the substep before, if the body was in the world; kept only for shapes other than
-  /// spheres and planes.
+  /// Motion in the substep before, if the body was in the world.
   const SubstepMotion& previous(const TrackedBody& body) const;
   /// True if any body is followed by its pieces, is a plane, or may be stopped short.
   bool hasOtherShapes() const { return hasOtherShapes_; }

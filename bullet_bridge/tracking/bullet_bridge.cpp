@@ -11,7 +11,6 @@
 #include "bullet_bridge/bodies/body_tracker.h"
 #include "bullet_bridge/bodies/proxy_id.h"
 #include "bullet_bridge/tracking/bridge_context.h"
-#include "bullet_bridge/tracking/candidate_pairs.h"
 #include "bullet_bridge/tracking/contact_classifier.h"
 #include "bullet_bridge/tracking/tick_hook.h"
 
@@ -40,7 +39,6 @@ class BulletBridge::Impl : public TickHook, public std::enable_shared_from_this<
 
   BridgeContext context_;
   BodyTracker bodies_;
-  CandidatePairs candidates_;
   ContactClassifier classifier_{context_, bodies_};
 };
 
@@ -50,11 +48,7 @@ void BulletBridge::Impl::onStepEnd(double dt) {
   context_.counters.substepsWithoutStart = static_cast<std::uint64_t>(startsMissed());
   context_.clock.begin(dt);
   bodies_.endSubstep(world(), dt);
-  const std::span<const ContactPair> pairs = candidates_.find(bodies_, dt);
-  classifier_.beginSubstep(pairs.size());
-  for (const ContactPair& pair : pairs)
-    classifier_.resolve(pair);
-  classifier_.endSubstep();
+  classifier_.resolveAll();
   context_.clock.end();
   if (context_.settings.onSubstep) context_.settings.onSubstep();
 }

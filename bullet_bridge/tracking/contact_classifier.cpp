@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "bullet_bridge/geometry/impact_time.h"
-#include "bullet_bridge/tracking/candidate_pairs.h"
 
 namespace carom::bullet {
 namespace {
@@ -76,16 +75,30 @@ bool isImmovable(const TrackedBody& body) {
 
 }  // namespace
 
-void ContactClassifier::beginSubstep(std::size_t pairs) {
-  gaps_.beginSubstep(pairs);
+void ContactClassifier::resolveAll() {
   reader_.beginReading(bodies_.hasContinuous());
   if (bodies_.hasSoft()) context_.counters.softContacts += reader_.softContacts();
   log_.beginSubstep();
+  for (const ContactPair& pair : pairsToResolve())
+    resolve(pair);
+  records_.forEach([this](PairRecord& record) {
+    if (!isResolved(record)) revisit(record);
+  });
+  records_.endSubstep();
+  log_.endSubstep();
+}
+
+std::span<const ContactPair> ContactClassifier::pairsToResolve() {
+  if (waitsForSolver()) return reader_.pushedPairs(bodies_);
+  const auto pairs = candidates_.find(bodies_, context_.clock.current().length);
+  gaps_.beginSubstep(pairs.size());
+  return pairs;
 }
 
 void ContactClassifier::resolve(const ContactPair& pair) {
   PairRecord* record = records_.find(pair.key());
-  const bool isCarried = record == nullptr ? staysApart(pair) : goesOn(pair, *record);
+  const bool isCarried =
+      record != nullptr ? goesOn(pair, *record) : !waitsForSolver() && staysApart(pair);
   ++(isCarried ? context_.counters.carried : context_.counters.searched);
   if (isCarried) return;
   const double dt = context_.clock.current().length;
@@ -94,10 +107,11 @@ void ContactClassifier::resolve(const ContactPair& pair) {
     if (!reader_.read(pair).points.empty()) ++context_.counters.unsupported;
     return;
   }
-  if (record == nullptr && missesFrom(now)) return;
+  if (record == nullptr && !waitsForSolver() && missesFrom(now)) return;
   const Proximity start = now.proximityAt(0.0);
-  if (!pair.isClosedForm()) gaps_.remember(pair, start, now.pieces().leftOut());
-  if (record != nullptr || start.gap <= solverRange(pair)) {
+  if (!pair.isClosedForm() && !waitsForSolver())
+    gaps_.remember(pair, start, now.pieces().leftOut());
+  if (record != nullptr || waitsForSolver() || start.gap <= solverRange(pair)) {
     resolveContact(now, start, record);
   } else if (const FoundImpact* found = find(now, start, nullptr, nullptr)) {
     beginUnlessRest(recordOf(pair, nullptr), *found, combinedRestitution(pair));
@@ -146,7 +160,10 @@ bool ContactClassifier::goesOn(const ContactPair& pair, PairRecord& record) {
   if (!(isSlow && contacts_.carryStill(record, pair, reader_.impulseOf(pair)))) {
     const SolvedContact& solved = reader_.read(pair);
     if (!isSlow && mayHit(pair, record, solved)) return false;
-    if (!contacts_.carry(record, pair, solved)) return false;
+    if (waitsForSolver() && solved.applied.isZero(0.0))
+      contacts_.carryUnloaded(record);
+    else if (!contacts_.carry(record, pair, solved))
+      return false;
   }
   if (record.isSuppressed()) record.allowImpacts();
   record.resolvedIn = context_.clock.number();
@@ -158,21 +175,30 @@ bool ContactClassifier::goesOn(const ContactPair& pair, PairRecord& record) {
 // may the bodies approach that fast anywhere.
 bool ContactClassifier::mayHit(const ContactPair& pair, const PairRecord& record,
                                const SolvedContact& solved) const {
-  if (solved.points.empty()) return true;
   const double least = leastSpeed(pair, &record);
+  if (waitsForSolver()) return isHit(pair, least, solved);
+  if (solved.points.empty()) return true;
   const double dt = context_.clock.current().length;
   const double deep = kOverlap * std::min(pair.body->radius, pair.other->radius);
   if (std::ranges::any_of(solved.points,
                           [&](const SolvedPoint& point) { return point.gap < -deep; })) {
-    return std::ranges::any_of(solved.points, [&](const SolvedPoint& point) {
-      return approachAtNode(pair, MotionKind::contactFree, point.position, point.normal) > least;
-    });
+    return isHit(pair, least, solved);
   }
   const bool isConvex = pair.body->object->getCollisionShape()->isConvex() &&
                         pair.other->object->getCollisionShape()->isConvex();
   return !isConvex || std::ranges::any_of(solved.points, [&](const SolvedPoint& point) {
     return approachAnywhere(pair, point.normal, MotionKind::actual, dt) > least ||
            approachAnywhere(pair, point.normal, MotionKind::contactFree, dt) > least;
+  });
+}
+
+// True if the pair would meet faster than `least` (m/s) at one of Bullet's points, were it not for
+// the solver.
+bool ContactClassifier::isHit(const ContactPair& pair, double least,
+                              const SolvedContact& solved) const {
+  return std::ranges::any_of(solved.points, [&](const SolvedPoint& point) {
+    return (point.gap <= 0.0 || point.impulse > 0.0) &&
+           approachAtNode(pair, MotionKind::contactFree, point.position, point.normal) > least;
   });
 }
 
@@ -270,23 +296,28 @@ const FoundImpact* ContactClassifier::find(const PairMotion& now, const Proximit
   const ContactPair& pair = now.pair();
   const ImpactFinder::Substep substep{context_.clock.current().length, leastSpeed(pair, record)};
   if (fastestApproach(pair) <= substep.restSpeed) return nullptr;
-  const FoundImpact* found = search(now, start, solved, substep);
+  const bool isNew = record == nullptr || !record->isInContact() || pair.isClosedForm();
+  const FoundImpact* found = search(now, start, solved, substep, isNew);
   return found != nullptr && mayCollide(pair) ? found : nullptr;
 }
 
 const FoundImpact* ContactClassifier::search(const PairMotion& now, const Proximity& start,
                                              const SolvedContact* solved,
-                                             const ImpactFinder::Substep& substep) {
+                                             const ImpactFinder::Substep& substep, bool isNew) {
   const ContactPair& pair = now.pair();
   if (start.gap > 0.0) {
     const FoundImpact* found =
         solved == nullptr ? nullptr : finder_.speculative(now, start, *solved, substep);
     return found != nullptr ? found : finder_.alongPath(now, start, substep);
   }
+  const ImpactFinder::PreviousSubstep previous{
+      bodies_.previous(*pair.body), bodies_.previous(*pair.other), context_.clock.previous().length};
+  if (waitsForSolver() && isNew) {
+    const FoundImpact* found = finder_.before(now, substep, previous);
+    if (found != nullptr) return found;
+  }
   if (pair.isClosedForm()) return finder_.overlapping(now, substep);
-  return finder_.newPoints(now, start, *solved, substep,
-                           {bodies_.previous(*pair.body), bodies_.previous(*pair.other),
-                            context_.clock.previous().length});
+  return finder_.newPoints(now, start, *solved, substep, previous);
 }
 
 PairRecord& ContactClassifier::recordOf(const ContactPair& pair, PairRecord* record) {
@@ -298,14 +329,6 @@ PairRecord& ContactClassifier::recordOf(const ContactPair& pair, PairRecord* rec
 
 bool ContactClassifier::isResolved(const PairRecord& record) const {
   return record.resolvedIn == context_.clock.number();
-}
-
-void ContactClassifier::endSubstep() {
-  records_.forEach([this](PairRecord& record) {
-    if (!isResolved(record)) revisit(record);
-  });
-  records_.endSubstep();
-  log_.endSubstep();
 }
 
 // Goes on with a contact of bodies that both rest; returns false if there is something to tell.
@@ -350,7 +373,8 @@ void ContactClassifier::drop(PairRecord& record) {
 double ContactClassifier::settledTime() {
   // New points of a lasting contact are dated back into the substep before.
   const SubstepClock& clock = context_.clock;
-  double settled = bodies_.hasOtherShapes() ? clock.previous().start : clock.current().start;
+  const bool isLate = waitsForSolver() || bodies_.hasOtherShapes();
+  double settled = isLate ? clock.previous().start : clock.current().start;
   records_.forEach([&settled](const PairRecord& record) {
     if (record.isImpacting() && !record.impact.delivered)
       settled = std::min(settled, record.impact.points.front().body.time);

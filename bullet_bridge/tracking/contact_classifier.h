@@ -1,7 +1,10 @@
 #pragma once
 
+#include <span>
+
 #include "bullet_bridge/bodies/body_tracker.h"
 #include "bullet_bridge/tracking/bridge_context.h"
+#include "bullet_bridge/tracking/candidate_pairs.h"
 #include "bullet_bridge/tracking/gap_memory.h"
 #include "bullet_bridge/tracking/impact_finder.h"
 #include "bullet_bridge/tracking/impact_tracker.h"
@@ -11,21 +14,17 @@
 
 namespace carom::bullet {
 
-/// Decides what the contact of a pair was in the substep that has just ended: a new impact, part of
-/// one under way, a lasting contact, or nothing. [physics thread]
-///
-/// Between `beginSubstep` and `endSubstep`, `resolve` is called for every candidate pair.
+/// Decides what the contact of each pair was in the substep that has just ended: a new impact, part
+/// of one under way, a lasting contact, or nothing. [physics thread]
 class ContactClassifier {
  public:
   /// Borrows the context and the tracker of bodies, which must outlive the classifier.
   ContactClassifier(BridgeContext& context, BodyTracker& bodies)
       : context_(context), bodies_(bodies), reader_(context.world) {}
 
-  /// `pairs` is about the number of candidates.
-  void beginSubstep(std::size_t pairs);
-  void resolve(const ContactPair& pair);
-  /// Resolves the recorded pairs that were no candidates, and drops records that are not needed.
-  void endSubstep();
+  /// Resolves the pairs that may have met, or that Bullet's solver has acted on, then the recorded
+  /// ones that are not among them; drops records that are not needed.
+  void resolveAll();
 
   /// Hands out the events of impacts that are still under way, with what is known of them so far.
   void flush();
@@ -36,13 +35,18 @@ class ContactClassifier {
   LastingContacts& contacts() { return contacts_; }
 
  private:
+  std::span<const ContactPair> pairsToResolve();
+  void resolve(const ContactPair& pair);
+  bool waitsForSolver() const { return context_.settings.search == ImpactSearch::contacts; }
   const FoundImpact* find(const PairMotion& now, const Proximity& start,
                           const SolvedContact* solved, const PairRecord* record);
   const FoundImpact* search(const PairMotion& now, const Proximity& start,
-                            const SolvedContact* solved, const ImpactFinder::Substep& substep);
+                            const SolvedContact* solved, const ImpactFinder::Substep& substep,
+                            bool isNew);
   bool staysApart(const ContactPair& pair);
   bool missesFrom(const PairMotion& now);
   bool goesOn(const ContactPair& pair, PairRecord& record);
+  bool isHit(const ContactPair& pair, double least, const SolvedContact& solved) const;
   bool mayHit(const ContactPair& pair, const PairRecord& record, const SolvedContact& solved) const;
   double leastSpeed(const ContactPair& pair, const PairRecord* record) const;
   bool mayCollide(const ContactPair& pair) const;
@@ -62,6 +66,7 @@ class ContactClassifier {
 
   BridgeContext& context_;
   BodyTracker& bodies_;
+  CandidatePairs candidates_;
   ContactReader reader_;
   GapMemory gaps_;
   ImpactFinder finder_;

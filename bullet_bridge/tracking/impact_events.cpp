@@ -53,13 +53,15 @@ ImpactPoint pointOf(const Source& source, const ImpactSolution& solution, double
   setState(point.body, found.motion.body(), found.s + delay);
   setState(point.other, found.motion.other(), found.s + delay);
   // The motions on which impacts are found leave out the orientation of spheres.
-  const auto setOrientation = [&](ImpulseEvent& event, const TrackedBody& body) {
-    if (body.shape == ContactShape::sphere)
-      event.bodyOrientation =
-          body.actual(source.substep.length).orientationAt(found.offset + delay);
+  const auto setOrientation = [&](ImpulseEvent& event, const TrackedBody& body,
+                                  const RigidMotion& motion) {
+    if (body.shape != ContactShape::sphere) return;
+    RigidMotion turning = body.actual(source.substep.length);
+    if (found.offset < 0.0) turning.angularVelocity = motion.angularVelocity;  // of the one before
+    event.bodyOrientation = turning.orientationAt(found.offset + delay);
   };
-  setOrientation(point.body, *found.motion.pair().body);
-  setOrientation(point.other, *found.motion.pair().other);
+  setOrientation(point.body, *found.motion.pair().body, found.motion.body());
+  setOrientation(point.other, *found.motion.pair().other, found.motion.other());
   exchangePoses(point.body, point.other);
   return point;
 }

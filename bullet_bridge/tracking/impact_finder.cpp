@@ -54,6 +54,12 @@ double timeSincePassage(Apart apart, double longest) {
   return inside;
 }
 
+void setBefore(TrackedBody& body, const TrackedBody& now, const SubstepMotion& previous) {
+  body = now;
+  body.current = previous;
+  body.planeOffset += (previous.start - now.current.start).dot(now.planeNormal);
+}
+
 RigidMotion motionOf(const SubstepMotion& motion, double dt) {
   return {motion.actual(dt), motion.orientation, motion.angularAfter};
 }
@@ -230,6 +236,23 @@ const FoundImpact* ImpactFinder::speculative(const PairMotion& now, const Proxim
   if (found.s == kNever) return nullptr;
   const ImpactWindow window{deepest - start.gap, 2.0 * substep.dt};
   return collectPoints(found.motion.proximityAt(found.s), window) ? &found_ : nullptr;
+}
+
+const FoundImpact* ImpactFinder::before(const PairMotion& now, const Substep& substep,
+                                        const PreviousSubstep& previous) {
+  if (!previous.body.known || !previous.other.known) return nullptr;
+  setBefore(bodyBefore_, *now.pair().body, previous.body);
+  setBefore(otherBefore_, *now.pair().other, previous.other);
+  const PairMotion then({&bodyBefore_, &otherBefore_}, MotionKind::actual, previous.dt, previous.dt,
+                        freePieces_);
+  const Proximity start = then.proximityAt(0.0);
+  if (!(start.gap > 0.0)) return nullptr;
+  if (alongPath(then, start, {previous.dt, substep.restSpeed}) == nullptr) return nullptr;
+  found_.motion = PairMotion(now.pair(), then.body(), then.other());
+  found_.offset = found_.s - previous.dt;
+  found_.since = -previous.dt;
+  found_.solved = true;
+  return &found_;
 }
 
 const FoundImpact* ImpactFinder::overlapping(const PairMotion& now, const Substep& substep) {

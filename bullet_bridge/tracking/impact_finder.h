@@ -20,6 +20,7 @@ struct FoundImpact {
   /// It is zero for bodies that lie on each other but for rounding, though Bullet lets them fall
   /// for a substep and meet at g dt.
   double initialSpeed = std::numeric_limits<double>::infinity();
+  double since = 0.0;   ///< s, start of the substep in which they met, after that of this one
   bool solved = false;  ///< Bullet has acted on it in this substep
   double radius = 0.0;  ///< m, as ImpulseEvent::radius, of the pair's `body`
   double otherRadius = 0.0;
@@ -50,6 +51,10 @@ class ImpactFinder {
   /// a gap (a speculative contact), so that the bodies do not touch, or touch too slowly.
   const FoundImpact* speculative(const PairMotion& now, const Proximity& start,
                                  const SolvedContact& solved, const Substep& substep);
+  /// Searches the path in the substep before, for a pair that was apart as it began and on which
+  /// Bullet's solver has acted in this one.
+  const FoundImpact* before(const PairMotion& now, const Substep& substep,
+                            const PreviousSubstep& previous);
   /// Handles spheres and planes that overlap at the start without having touched, because the host
   /// or rounding has brought them together; the impact is dated at the start.
   const FoundImpact* overlapping(const PairMotion& now, const Substep& substep);
@@ -82,6 +87,7 @@ class ImpactFinder {
   ShapePair freePieces_;  // on the path without the solver
   ShapePair probe_;
   btSphereShape probeShape_{btScalar(0)};
+  TrackedBody bodyBefore_, otherBefore_;  // a substep ago
   FoundImpact found_;
   std::vector<ContactPoint> points_;
 };

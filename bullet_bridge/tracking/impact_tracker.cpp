@@ -35,7 +35,7 @@ void ImpactTracker::begin(PairRecord& record, const FoundImpact& found, double r
   impact.solved = 0;
   impact.parted = impact.delivered = false;
   impact.restitution = bounces ? restitution : 0.0;
-  impact.foundAt = context_.clock.current().start;
+  impact.foundAt = context_.clock.current().start + found.since;
   events_.set(impact, found, context_.clock.current());
   if (impact.points.empty()) return record.suppressImpacts();
   record.beginImpact();

@@ -124,16 +124,27 @@ void LastingContacts::update(PairRecord& record, const PairMotion& now, const Pr
 }
 
 void LastingContacts::end(PairRecord& record) {
-  ContactState end = record.state;
-  end.time = context_.clock.current().start;
-  end.duration = context_.clock.current().length;
-  end.phase = ContactPhase::end;
-  end.normalLoad = 0.0;
-  end.appliedImpulse = end.slipVelocity = end.rollingVelocity = Vec3::Zero();
-  end.pathStart = end.pathEnd;
-  end.otherPathStart = end.otherPathEnd;
-  states_.push_back(end);
+  tellUnloaded(record, ContactPhase::end);
   record.endContact();
+}
+
+void LastingContacts::carryUnloaded(PairRecord& record) {
+  if (++record.idle >= kIdleSubsteps) return end(record);
+  tellUnloaded(record, ContactPhase::during);
+  record.state = states_.back();
+  record.isTold = false;
+}
+
+void LastingContacts::tellUnloaded(const PairRecord& record, ContactPhase phase) {
+  ContactState state = record.state;
+  state.time = context_.clock.current().start;
+  state.duration = context_.clock.current().length;
+  state.phase = phase;
+  state.normalLoad = 0.0;
+  state.appliedImpulse = state.slipVelocity = state.rollingVelocity = Vec3::Zero();
+  state.pathStart = state.pathEnd;
+  state.otherPathStart = state.otherPathEnd;
+  states_.push_back(state);
 }
 
 }  // namespace carom::bullet

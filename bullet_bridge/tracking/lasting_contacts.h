@@ -32,12 +32,15 @@ class LastingContacts {
   /// taken for what it was, if the bodies have hardly moved since; otherwise does nothing and
   /// returns false.
   bool carry(PairRecord& record, const ContactPair& pair, const SolvedContact& solved);
+  /// Goes on with a contact that Bullet's solver has not acted on in this substep.
+  void carryUnloaded(PairRecord& record);
   /// Ends the contact of a pair that is asleep, gone or far apart.
   void end(PairRecord& record);
 
  private:
   bool liesStill(const ContactPair& pair) const;
   bool liesStill(const ContactState& state) const;
+  void tellUnloaded(const PairRecord& record, ContactPhase phase);
   bool isNews(const PairRecord& record, double impulse) const;
 
   BridgeContext& context_;

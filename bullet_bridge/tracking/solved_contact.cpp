@@ -34,6 +34,18 @@ Vec3 frictionOf(const btManifoldPoint& point) {
   return friction;
 }
 
+// True if Bullet's solver has applied an impulse at a point, or friction alone.
+bool isPushed(const btPersistentManifold& manifold) {
+  for (int i = 0; i < manifold.getNumContacts(); ++i) {
+    const btManifoldPoint& point = manifold.getContactPoint(i);
+    if (point.getDistance() > manifold.getContactProcessingThreshold()) continue;
+    if (point.getAppliedImpulse() != 0 || point.m_appliedImpulseLateral1 != 0 ||
+        point.m_appliedImpulseLateral2 != 0)
+      return true;
+  }
+  return false;
+}
+
 bool isBetween(const btPersistentManifold& manifold, const btCollisionObject* first,
                const btCollisionObject* second) {
   return (manifold.getBody0() == first && manifold.getBody1() == second) ||
@@ -85,6 +97,49 @@ const SolvedContact& ContactReader::read(const ContactPair& pair) {
     contact_.restitution = combinedRestitution(pair);
   }
   return contact_;
+}
+
+std::span<const ContactPair> ContactReader::pushedPairs(BodyTracker& tracker) {
+  pushed_.clear();
+  btDispatcher& dispatcher = *world_.getDispatcher();
+  for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
+    const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
+    if (manifold.getNumContacts() == 0) continue;
+    const TrackedBody* first = tracker.find(*manifold.getBody0());
+    const TrackedBody* second = tracker.find(*manifold.getBody1());
+    if (isPushed(manifold)) addPushed(first, second);
+  }
+  // A body that Bullet predicted a contact for may be gone since.
+  const auto isOf = [&](const btCollisionObject* object) {
+    const auto found = std::ranges::find(tracker.bodies(), object, &TrackedBody::object);
+    return found == tracker.bodies().end() ? nullptr : &*found;
+  };
+  for (const btPersistentManifold* manifold : predicted_) {
+    if (isPushed(*manifold)) addPushed(isOf(manifold->getBody0()), isOf(manifold->getBody1()));
+  }
+  std::ranges::sort(pushed_, {}, &Pushed::key);
+  const auto repeated = std::ranges::unique(pushed_, {}, &Pushed::key);
+  pushed_.erase(repeated.begin(), repeated.end());
+  pairs_.clear();
+  for (const Pushed& pushed : pushed_) {
+    tracker.complete(*pushed.pair.body);
+    tracker.complete(*pushed.pair.other);
+    pairs_.push_back(pushed.pair);
+  }
+  return pairs_;
+}
+
+// Of two bodies that can both be moved, the pair's `body` is always the same, however Bullet has
+// them.
+void ContactReader::addPushed(const TrackedBody* first, const TrackedBody* second) {
+  if (first == nullptr || second == nullptr || (first->rests && second->rests)) return;
+  if (!(first->awake || second->awake)) return;
+  for (const TrackedBody* body : {first, second}) {
+    if (!body->current.known || body->shape == ContactShape::none) return;
+  }
+  const auto [low, high] = std::minmax(first, second);
+  const ContactPair pair = ContactPair::of(*low, *high);
+  pushed_.push_back({pair.key(), pair});
 }
 
 std::uint64_t ContactReader::softContacts() const {

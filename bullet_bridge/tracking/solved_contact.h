@@ -49,19 +49,32 @@ class ContactReader {
   /// Returns only what `read` would give for SolvedContact::impulse (N s), at a fraction of its
   /// cost; negative if that is zero and nothing else was applied either.
   double impulseOf(const ContactPair& pair);
+  /// Returns the pairs on which Bullet's solver has acted in this substep, in the order of their
+  /// keys, without those of which both are at rest; valid until the next call. Completes their
+  /// bodies.
+  std::span<const ContactPair> pushedPairs(BodyTracker& tracker);
   /// Counts the nodes and faces by which soft bodies touch others; no manifold holds them.
   std::uint64_t softContacts() const;
   /// True if Bullet would let the two collide: groups and masks, ignored pairs, contact response.
   bool collides(const ContactPair& pair) const;
 
  private:
+  // A pair that the solver has acted on, once for each of its manifolds.
+  struct Pushed {
+    std::uint64_t key = 0;
+    ContactPair pair;
+  };
+
   void gatherManifolds(const ContactPair& pair);
   void addManifold(const ContactPair& pair, const btPersistentManifold& manifold, bool predicted);
+  void addPushed(const TrackedBody* first, const TrackedBody* second);
   void addPoint(const btManifoldPoint& point, double sign, bool solved);
 
   btDynamicsWorld& world_;
   btManifoldArray manifolds_;  // manifolds of one pair that are not predicted; kept for its memory
   std::vector<const btPersistentManifold*> predicted_;  // CCD manifolds of this substep
+  std::vector<Pushed> pushed_;  // in this substep, like what follows; kept for its memory
+  std::vector<ContactPair> pairs_;
   ContactPair latest_;     // the pair that was read last in this substep
   SolvedContact contact_;  // of that pair
 };

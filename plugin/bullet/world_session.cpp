@@ -51,6 +51,7 @@ Status WorldSession::attach() {
   BulletBridgeSettings wanted;
   wanted.restSpeed = worldSettings_.restSpeed / metres;
   wanted.stillSpeed = audio::ContactDrive::kSlowest / metres;
+  wanted.search = ImpactSearch::contacts;
   wanted.onSubstep = [this] { postSubstep(); };
   if (settings.synth.impulse == ImpulseChoice::physical) wanted.delivery = EventDelivery::prompt;
   Result<BulletBridge> bridge = BulletBridge::attach(world_, wanted);

@@ -106,7 +106,9 @@ class WorldRun {
 
   void attach() {
     Result<BulletBridge> bridge = BulletBridge::attach(
-        worlds_[bridged]->world(), {.delivery = EventDelivery::prompt, .stillSpeed = kStillSpeed});
+        worlds_[bridged]->world(), {.delivery = EventDelivery::prompt,
+                                    .stillSpeed = kStillSpeed,
+                                    .search = ImpactSearch::contacts});
     if (!bridge) std::abort();
     bridge_.emplace(*std::move(bridge));
     SoundSettings settings;
