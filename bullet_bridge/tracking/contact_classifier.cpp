@@ -107,7 +107,13 @@ void ContactClassifier::resolve(const ContactPair& pair) {
     if (!reader_.read(pair).points.empty()) ++context_.counters.unsupported;
     return;
   }
-  if (record == nullptr && !waitsForSolver() && missesFrom(now)) return;
+  if (record == nullptr && waitsForSolver()) {
+    record = beginBefore(now);
+    if (record != nullptr && record->isImpacting())
+      return impacts_.update(*record, now, reader_.read(pair));
+  } else if (record == nullptr && missesFrom(now)) {
+    return;
+  }
   const Proximity start = now.proximityAt(0.0);
   if (!pair.isClosedForm() && !waitsForSolver())
     gaps_.remember(pair, start, now.pieces().leftOut());
@@ -147,6 +153,28 @@ bool ContactClassifier::missesFrom(const PairMotion& now) {
   if (misses) gaps_.setDirection(pair, now.pieces().direction());
   now.pieces().guess(Vec3::Zero());
   return misses;
+}
+
+// Begins the impact of a new pair that has met in the substep before, and on which Bullet's solver
+// has acted since; returns nullptr if there is none. The gap need not be known for that.
+PairRecord* ContactClassifier::beginBefore(const PairMotion& now) {
+  const ContactPair& pair = now.pair();
+  const SolvedContact& solved = reader_.read(pair);
+  const double restSpeed = context_.settings.restSpeed;
+  const bool overlaps = std::ranges::any_of(
+      solved.points, [](const SolvedPoint& point) { return point.gap <= 0.0; });
+  if (!overlaps || fastestApproach(pair) <= restSpeed) return nullptr;
+  const FoundImpact* found =
+      finder_.before(pair, {context_.clock.current().length, restSpeed}, previousOf(pair));
+  if (found == nullptr || !mayCollide(pair)) return nullptr;
+  PairRecord& record = recordOf(pair, nullptr);
+  beginUnlessRest(record, *found, solved.restitution);
+  return &record;
+}
+
+ImpactFinder::PreviousSubstep ContactClassifier::previousOf(const ContactPair& pair) const {
+  return {bodies_.previous(*pair.body), bodies_.previous(*pair.other),
+          context_.clock.previous().length};
 }
 
 // Goes on with a lasting contact in which no impact is possible, without the pieces of the pair;
@@ -242,8 +270,10 @@ void ContactClassifier::resolveImpacting(PairRecord& record, const PairMotion& n
   const bool passed =
       start.gap > 0.0 && approachAtNode(now.pair(), MotionKind::contactFree, start.point,
                                         start.normal) <= context_.settings.restSpeed;
-  const bool mayMeetAgain = record.impact.parted || passed || start.gap > now.pair().body->radius ||
-                            hitsElsewhere(record, now, solved);
+  const bool mayMeetAgain =
+      !(waitsForSolver() && solved.applied.isZero(0.0)) &&
+      (record.impact.parted || passed || start.gap > now.pair().body->radius ||
+       hitsElsewhere(record, now, solved));
   const FoundImpact* again = mayMeetAgain ? find(now, start, &solved, &record) : nullptr;
   const double first = record.impact.points.front().body.time;
   if (again == nullptr || context_.clock.current().start + again->offset < first + kSameImpact) {
@@ -296,7 +326,7 @@ const FoundImpact* ContactClassifier::find(const PairMotion& now, const Proximit
   const ContactPair& pair = now.pair();
   const ImpactFinder::Substep substep{context_.clock.current().length, leastSpeed(pair, record)};
   if (fastestApproach(pair) <= substep.restSpeed) return nullptr;
-  const bool isNew = record == nullptr || !record->isInContact() || pair.isClosedForm();
+  const bool isNew = record != nullptr && (!record->isInContact() || pair.isClosedForm());
   const FoundImpact* found = search(now, start, solved, substep, isNew);
   return found != nullptr && mayCollide(pair) ? found : nullptr;
 }
@@ -308,12 +338,11 @@ const FoundImpact* ContactClassifier::search(const PairMotion& now, const Proxim
   if (start.gap > 0.0) {
     const FoundImpact* found =
         solved == nullptr ? nullptr : finder_.speculative(now, start, *solved, substep);
-    return found != nullptr ? found : finder_.alongPath(now, start, substep);
+    return found != nullptr ? found : finder_.alongPath(now, start.gap, substep);
   }
-  const ImpactFinder::PreviousSubstep previous{
-      bodies_.previous(*pair.body), bodies_.previous(*pair.other), context_.clock.previous().length};
+  const ImpactFinder::PreviousSubstep previous = previousOf(pair);
   if (waitsForSolver() && isNew) {
-    const FoundImpact* found = finder_.before(now, substep, previous);
+    const FoundImpact* found = finder_.before(pair, substep, previous);
     if (found != nullptr) return found;
   }
   if (pair.isClosedForm()) return finder_.overlapping(now, substep);

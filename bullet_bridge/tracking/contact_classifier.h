@@ -45,6 +45,8 @@ class ContactClassifier {
                             bool isNew);
   bool staysApart(const ContactPair& pair);
   bool missesFrom(const PairMotion& now);
+  PairRecord* beginBefore(const PairMotion& now);
+  ImpactFinder::PreviousSubstep previousOf(const ContactPair& pair) const;
   bool goesOn(const ContactPair& pair, PairRecord& record);
   bool isHit(const ContactPair& pair, double least, const SolvedContact& solved) const;
   bool mayHit(const ContactPair& pair, const PairRecord& record, const SolvedContact& solved) const;

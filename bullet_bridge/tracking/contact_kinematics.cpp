@@ -110,14 +110,14 @@ ContactState contactStateOf(const PairMotion& now, const Proximity& start,
   state.slipVelocity = tangential(bodyVelocity - otherVelocity);
   state.rollingVelocity = tangential(pointVelocity - 0.5 * (bodyVelocity + otherVelocity));
 
-  const RigidMotion body = now.pair().body->actual(dt);
-  const RigidMotion other = now.pair().other->actual(dt);
+  const RigidMotion& body = now.body();
+  const RigidMotion& other = now.other();
   const Vec3 end = contact.point + dt * pointVelocity;
   state.bodyPosition = body.centre.position;
-  state.bodyOrientation = body.orientationAt(0.0);
+  state.bodyOrientation = body.orientation;
   state.bodyVelocity = (body.centre.positionAt(dt) - body.centre.position) / dt;
   state.otherPosition = other.centre.position;
-  state.otherOrientation = other.orientationAt(0.0);
+  state.otherOrientation = other.orientation;
   state.otherVelocity = (other.centre.positionAt(dt) - other.centre.position) / dt;
   state.pathStart = body.poseAt(0.0).toLocal(contact.point);
   state.pathEnd = body.poseAt(dt).toLocal(end);

@@ -16,6 +16,7 @@ constexpr double kTogether = 1e-4;
 // and 1 - the cosine of the angle by which a normal may be off.
 constexpr double kProbeHeight = 0.1;
 constexpr double kProbeSlack = 2e-4;
+constexpr double kNotKnown = -1.0;  // m, instead of a gap
 
 Vec3 nodeVelocity(const SubstepMotion& motion, MotionKind kind, const Vec3& arm) {
   return kind == MotionKind::actual ? Vec3(motion.velocityAfter + motion.angularAfter.cross(arm))
@@ -30,15 +31,23 @@ double gainOf(const SubstepMotion& motion, const Vec3& normal, double dt) {
   return force > 0.0 ? std::clamp(change, 0.0, force) : std::clamp(change, force, 0.0);
 }
 
-// Returns FoundImpact::initialSpeed (m/s). `nodeSpeed` (m/s) is the approach after the solver,
-// `gap` (m) the gap at the start of the substep.
-double initialApproachSpeed(double nodeSpeed, const SubstepMotion& body, const SubstepMotion& other,
-                            const Vec3& normal, double gap, double dt) {
-  const double gain = gainOf(other, normal, dt) - gainOf(body, normal, dt);
-  const double speed = nodeSpeed - gain;
-  const double fall = 2.0 * std::max(0.0, gain / dt) * std::max(0.0, gap);
-  return std::hypot(std::max(0.0, speed), std::sqrt(fall));
-}
+// FoundImpact::initialSpeed, in its two parts.
+struct InitialApproach {
+  double speed = 0.0;  // m/s, at the start of the substep
+  double gain = 0.0;   // m/s^2, by which it grows on the way
+
+  // `nodeSpeed` (m/s) is the approach after the solver.
+  InitialApproach(double nodeSpeed, const SubstepMotion& body, const SubstepMotion& other,
+                  const Vec3& normal, double dt) {
+    const double added = gainOf(other, normal, dt) - gainOf(body, normal, dt);
+    speed = std::max(0.0, nodeSpeed - added);
+    gain = std::max(0.0, added / dt);
+  }
+  // After a gap (m) at the start of the substep.
+  double after(double gap) const {
+    return std::hypot(speed, std::sqrt(2.0 * gain * std::max(0.0, gap)));
+  }
+};
 
 // Returns how long ago (s) a point of one body passed the tangent plane of the other. `apart(t)` is
 // their distance along the normal t ago; apart(0) <= 0.
@@ -194,18 +203,20 @@ double ImpactFinder::delayOf(const ContactPoint& point, const Proximity& closest
   return delay;
 }
 
-const FoundImpact* ImpactFinder::alongPath(const PairMotion& now, const Proximity& start,
+const FoundImpact* ImpactFinder::alongPath(const PairMotion& now, double gap,
                                            const Substep& substep) {
   FoundImpact& found = begin(now);
   found.s = found.offset = now.impactTime(substep.dt);
-  if (found.s == kNever) return nullptr;
+  if (found.s == kNever || (gap < 0.0 && !(found.s > 0.0))) return nullptr;
   const Proximity closest = now.proximityAt(found.s);
   found.nodeSpeed = approachWithNode(now, MotionKind::actual, closest, found.s);
   if (!(found.nodeSpeed > substep.restSpeed)) return nullptr;
   const ContactPair& pair = now.pair();
-  found.initialSpeed =
-      initialApproachSpeed(found.nodeSpeed, pair.body->current, pair.other->current, closest.normal,
-                           start.gap, substep.dt);
+  const InitialApproach initial(found.nodeSpeed, pair.body->current, pair.other->current,
+                                closest.normal, substep.dt);
+  // The gap costs more than all else, and is of no use to what is too fast for rest.
+  const bool isFast = initial.speed > substep.restSpeed;
+  found.initialSpeed = initial.after(isFast ? 0.0 : gap < 0.0 ? now.proximityAt(0.0).gap : gap);
   const double rest = substep.dt - found.s;  // the next node solves what is down by then
   return collectPoints(closest, {found.nodeSpeed * rest, rest}) ? &found_ : nullptr;
 }
@@ -238,17 +249,17 @@ const FoundImpact* ImpactFinder::speculative(const PairMotion& now, const Proxim
   return collectPoints(found.motion.proximityAt(found.s), window) ? &found_ : nullptr;
 }
 
-const FoundImpact* ImpactFinder::before(const PairMotion& now, const Substep& substep,
+const FoundImpact* ImpactFinder::before(const ContactPair& now, const Substep& substep,
                                         const PreviousSubstep& previous) {
   if (!previous.body.known || !previous.other.known) return nullptr;
-  setBefore(bodyBefore_, *now.pair().body, previous.body);
-  setBefore(otherBefore_, *now.pair().other, previous.other);
+  setBefore(bodyBefore_, *now.body, previous.body);
+  setBefore(otherBefore_, *now.other, previous.other);
   const PairMotion then({&bodyBefore_, &otherBefore_}, MotionKind::actual, previous.dt, previous.dt,
                         freePieces_);
-  const Proximity start = then.proximityAt(0.0);
-  if (!(start.gap > 0.0)) return nullptr;
-  if (alongPath(then, start, {previous.dt, substep.restSpeed}) == nullptr) return nullptr;
-  found_.motion = PairMotion(now.pair(), then.body(), then.other());
+  if (!then.isFollowed()) return nullptr;
+  if (now.isClosedForm() && !(then.proximityAt(0.0).gap > 0.0)) return nullptr;
+  if (alongPath(then, kNotKnown, {previous.dt, substep.restSpeed}) == nullptr) return nullptr;
+  found_.motion = PairMotion(now, then.body(), then.other());
   found_.offset = found_.s - previous.dt;
   found_.since = -previous.dt;
   found_.solved = true;
@@ -325,8 +336,9 @@ void ImpactFinder::dateBack(const Proximity& closest, const PreviousSubstep& pre
   const double nodeSpeed = (nodeVelocity(previous.other, MotionKind::actual, otherArm) -
                             nodeVelocity(previous.body, MotionKind::actual, arm))
                                .dot(closest.normal);
-  found.initialSpeed = initialApproachSpeed(nodeSpeed, previous.body, previous.other,
-                                            closest.normal, apart(previous.dt), previous.dt);
+  found.initialSpeed =
+      InitialApproach(nodeSpeed, previous.body, previous.other, closest.normal, previous.dt)
+          .after(apart(previous.dt));
   found.motion = PairMotion(found.motion.pair(), body, other);
   found.s = previous.dt - ago;
   found.offset = -ago;

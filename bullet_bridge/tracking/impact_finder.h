@@ -44,16 +44,16 @@ class ImpactFinder {
     double dt = 0.0;
   };
 
-  /// Searches the path that the bodies took, for a pair that is apart at its start.
-  const FoundImpact* alongPath(const PairMotion& now, const Proximity& start,
-                               const Substep& substep);
+  /// Searches the path that the bodies took, for a pair that is apart at its start, by `gap` (m). If
+  /// that is not known, and negative therefore, pairs that overlap at the start have no impact.
+  const FoundImpact* alongPath(const PairMotion& now, double gap, const Substep& substep);
   /// Searches the path that the bodies would have taken, for a pair where Bullet's solver acted on
   /// a gap (a speculative contact), so that the bodies do not touch, or touch too slowly.
   const FoundImpact* speculative(const PairMotion& now, const Proximity& start,
                                  const SolvedContact& solved, const Substep& substep);
   /// Searches the path in the substep before, for a pair that was apart as it began and on which
   /// Bullet's solver has acted in this one.
-  const FoundImpact* before(const PairMotion& now, const Substep& substep,
+  const FoundImpact* before(const ContactPair& now, const Substep& substep,
                             const PreviousSubstep& previous);
   /// Handles spheres and planes that overlap at the start without having touched, because the host
   /// or rounding has brought them together; the impact is dated at the start.

@@ -111,7 +111,11 @@ void LastingContacts::update(PairRecord& record, const PairMotion& now, const Pr
   if (begins) record.beginContact();
   record.idle = begins || solved.impulse > 0.0 ? 0 : record.idle + 1;
   record.curvature = curvatureOf(now, start);
-  record.state = contactStateOf(now, start, record.curvature, solved, context_.clock.current());
+  const double dt = context_.clock.current().length;
+  const ContactPair& pair = now.pair();
+  const PairMotion turning =
+      pair.isClosedForm() ? PairMotion(pair, pair.body->actual(dt), pair.other->actual(dt)) : now;
+  record.state = contactStateOf(turning, start, record.curvature, solved, context_.clock.current());
   if (record.state.body != record.body) record.state = mirrored(record.state);
   record.state.phase = begins ? ContactPhase::begin : ContactPhase::during;
   if (begins) ++context_.counters.contactsBegun;
