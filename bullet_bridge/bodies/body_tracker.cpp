@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <unordered_map>
 #include <utility>
@@ -54,13 +55,12 @@ void readPlane(TrackedBody& body) {
                      body.planeNormal.dot(toVec3(pose.getOrigin()));
 }
 
-void readOther(TrackedBody& body) {
-  const btCollisionShape& shape = *body.object->getCollisionShape();
+// Radius (m) of a ball around a shape's centre that holds it.
+double radiusAround(const btCollisionShape& shape) {
   btVector3 centre(0, 0, 0);
   btScalar radius = 0;
   shape.getBoundingSphere(centre, radius);
-  body.radius = static_cast<double>(radius) + toVec3(centre).norm();
-  body.margin = contactMargin(shape);
+  return static_cast<double>(radius) + toVec3(centre).norm();
 }
 
 // Numbers of a shape that change when the host changes it within its bounds.
@@ -215,7 +215,7 @@ void BodyTracker::matchWorld(const btCollisionWorld& world) {
     indexOf_[bodies_[i].id] = i;
 }
 
-void BodyTracker::readShape(TrackedBody& body) const {
+void BodyTracker::readShape(TrackedBody& body) {
   const btCollisionShape& shape = *body.object->getCollisionShape();
   const ShapeTrace before = body.trace;
   if (touchesNothing(*body.object)) {
@@ -230,7 +230,9 @@ void BodyTracker::readShape(TrackedBody& body) const {
     readPlane(body);
   } else {
     body.shape = ContactShape::other;
-    readOther(body);
+    const ShapeSize& size = sizeOf(shape);
+    body.radius = size.radius;
+    body.margin = size.margin;
   }
   if (!relativeMargin_) body.margin = double{gContactBreakingThreshold};
   body.trace = {&shape, body.radius, static_cast<double>(shape.getMargin()), revisionOf(shape)};
@@ -238,6 +240,12 @@ void BodyTracker::readShape(TrackedBody& body) const {
   ++body.shapeNumber;
   const bool hasParts = body.shape == ContactShape::sphere || body.shape == ContactShape::other;
   body.parts = hasParts ? std::make_shared<const ShapeParts>(shape) : nullptr;
+}
+
+const BodyTracker::ShapeSize& BodyTracker::sizeOf(const btCollisionShape& shape) {
+  ShapeSize& size = sizes_[std::hash<const btCollisionShape*>()(&shape) / 64 % sizes_.size()];
+  if (size.shape != &shape) size = {&shape, radiusAround(shape), contactMargin(shape)};
+  return size;
 }
 
 void BodyTracker::addTurn(TrackedBody& body, MotionHistory& history, const btMatrix3x3& basis) {
@@ -249,6 +257,7 @@ void BodyTracker::addTurn(TrackedBody& body, MotionHistory& history, const btMat
 void BodyTracker::beginSubstep(const btCollisionWorld& world, double dt) {
   matchWorld(world);
   dt_ = dt;
+  sizes_.fill({});
   relativeMargin_ = usesRelativeMargin(world);
   hasOtherShapes_ = hasPlanes_ = hasContinuous_ = hasSoft_ = hasLinks_ = false;
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
@@ -306,7 +315,7 @@ void BodyTracker::complete(const TrackedBody& body) {
   completeBody(bodies_[index], histories_[index], dt_);
 }
 
-void BodyTracker::completeBody(TrackedBody& body, MotionHistory& history, double dt) const {
+void BodyTracker::completeBody(TrackedBody& body, MotionHistory& history, double dt) {
   body.isPartial = false;
   readShape(body);
   addTurn(body, history, history.start);

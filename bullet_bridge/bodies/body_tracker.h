@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <memory>
 #include <unordered_map>
@@ -154,10 +155,12 @@ class BodyTracker {
 
   void matchWorld(const btCollisionWorld& world);
   void beginBody(TrackedBody& body, MotionHistory& history, double dt);
-  void readShape(TrackedBody& body) const;
+  void readShape(TrackedBody& body);
+  struct ShapeSize;
+  const ShapeSize& sizeOf(const btCollisionShape& shape);
   bool mayRest(const TrackedBody& body) const;
   bool beginResting(TrackedBody& body, MotionHistory& history, double dt) const;
-  void completeBody(TrackedBody& body, MotionHistory& history, double dt) const;
+  void completeBody(TrackedBody& body, MotionHistory& history, double dt);
   void countRest(TrackedBody& body) const;
   static void setBounds(TrackedBody& body, double dt);
   static void addTurn(TrackedBody& body, MotionHistory& history, const btMatrix3x3& basis);
@@ -169,6 +172,12 @@ class BodyTracker {
                double dt);
   void findPushedMultibodies(const btCollisionWorld& world);
 
+  struct ShapeSize {
+    const btCollisionShape* shape = nullptr;
+    double radius = 0.0;  // m, as TrackedBody::radius
+    double margin = 0.0;  // m, as TrackedBody::margin
+  };
+
   std::vector<TrackedBody> bodies_;
   std::vector<MotionHistory> histories_;  // parallel to bodies_
   std::unordered_map<BodyId, std::size_t> indexOf_;
@@ -179,6 +188,8 @@ class BodyTracker {
   bool hasSoft_ = false;
   double restSpeed_ = 0.0;
   double dt_ = 0.0;             // s, of the current substep
+  // Of some shapes that were read in it: many bodies share one. A shape's place is by its address.
+  std::array<ShapeSize, 64> sizes_;
   bool relativeMargin_ = true;  // Bullet takes the contact margin from the shape's size
   bool hasLinks_ = false;
   std::vector<const btMultiBody*> pushed_;  // in this substep; kept for its memory

@@ -53,12 +53,28 @@ struct InitialApproach {
 // their distance along the normal t ago; apart(0) <= 0.
 template <class Apart>
 double timeSincePassage(Apart apart, double longest) {
-  if (apart(longest) <= 0.0) return 0.0;
+  // The Illinois method: a secant whose end that stays counts half (Dowell and Jarratt 1971).
+  constexpr int kMost = 60;
+  constexpr double kEnough = 1e-13;  // relative to the longest
   double inside = 0.0;
   double outside = longest;
-  for (int bit = 0; bit < 60; ++bit) {
-    const double middle = 0.5 * (inside + outside);
-    (apart(middle) > 0.0 ? outside : inside) = middle;
+  double below = apart(inside);
+  double above = apart(outside);
+  if (above <= 0.0) return 0.0;
+  bool wasOutside = false;
+  bool wasInside = false;
+  for (int step = 0; step < kMost && outside - inside > kEnough * longest; ++step) {
+    const double secant = inside - below * (outside - inside) / (above - below);
+    const double middle = step < kMost / 2 ? secant : 0.5 * (inside + outside);
+    const double there = apart(middle);
+    const bool isOutside = there > 0.0;
+    if (isOutside && wasOutside) below *= 0.5;
+    if (!isOutside && wasInside) above *= 0.5;
+    (isOutside ? outside : inside) = middle;
+    (isOutside ? above : below) = there;
+    wasOutside = isOutside;
+    wasInside = !isOutside;
+    if (there == 0.0) break;
   }
   return inside;
 }
