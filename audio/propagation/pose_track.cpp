@@ -55,10 +55,13 @@ class Wave {
     double least = 0.0;  // the residual is never positive here: nothing arrives before it leaves
     double most = at(0.0).distance / speedOfSound_;
     double delay = most;
-    for (int step = 0; step < kMaxSteps && at(most).value < 0.0; ++step)
+    Residual residual = at(delay);
+    Residual beyond = residual;
+    for (int step = 0; step < kMaxSteps && beyond.value < 0.0; ++step) {
       most = 2.0 * most + kDelayTolerance;
+      beyond = at(most);
+    }
     for (int step = 0; step < kMaxSteps; ++step) {
-      const Residual residual = at(delay);
       if (residual.value == 0.0) return delay;
       (residual.value < 0.0 ? least : most) = delay;
       double next = delay - residual.value / residual.slope;
@@ -66,6 +69,7 @@ class Wave {
       const double change = std::abs(next - delay);
       delay = next;
       if (change < kDelayTolerance) break;
+      residual = at(delay);
     }
     return delay;
   }
@@ -106,12 +110,13 @@ bool PoseTrack::append(const ListenerPose& pose) noexcept {
     standsSince_ = kNever;
   else if (standsSince_ == kNever)
     standsSince_ = pose.time;
+  const Vec3 turn = turnBetween(last.pose.orientation, pose.orientation);
   if (count_ == knots_.size()) {
     first_ = (first_ + 1) % knots_.size();
     --count_;
     ++dropped_;
   }
-  knot(count_++) = {pose, velocity};
+  knot(count_++) = {pose, velocity, turn};
   return true;
 }
 
@@ -121,7 +126,7 @@ bool PoseTrack::restart(const ListenerPose& pose) noexcept {
   count_ = 1;
   isFirst_ = true;
   standsSince_ = -kNever;
-  knots_[0] = {pose, Vec3::Zero()};
+  knots_[0] = {pose, Vec3::Zero(), Vec3::Zero()};
   return true;
 }
 
@@ -140,8 +145,13 @@ bool PoseTrack::moves(double time) const noexcept {
 
 /// Returns the last knot at or before `time`, or the first knot if there is none.
 std::size_t PoseTrack::knotBefore(double time) const {
-  std::size_t low = 0;
+  // It is asked for near the last knot, most often.
+  std::size_t low = count_ - 1;
   std::size_t high = count_;
+  for (std::size_t back = 1; low > 0 && knot(low).pose.time > time; back *= 2) {
+    high = low;
+    low = low > back ? low - back : 0;
+  }
   while (high - low > 1) {
     const std::size_t middle = low + (high - low) / 2;
     (knot(middle).pose.time <= time ? low : high) = middle;
@@ -166,19 +176,26 @@ PoseTrack::Motion PoseTrack::along(std::size_t index, double time) const {
 
 ListenerPose PoseTrack::at(double time) const noexcept {
   const std::size_t index = knotBefore(time);
-  const Knot& from = knot(index);
-  ListenerPose pose{time, motion(time).position, from.pose.orientation};
-  if (index + 1 < count_ && time > from.pose.time) {
-    const Knot& to = knot(index + 1);
-    const double s = (time - from.pose.time) / (to.pose.time - from.pose.time);
-    const Vec3 turn = turnBetween(from.pose.orientation, to.pose.orientation);
-    pose.orientation = from.pose.orientation * turnedBy(s * turn);
-  }
-  return pose;
+  return {time, motionFrom(index, time, Vec3::Zero()).position, orientationFrom(index, time)};
+}
+
+Quat PoseTrack::orientation(double time) const noexcept {
+  return orientationFrom(knotBefore(time), time);
 }
 
 PoseTrack::Motion PoseTrack::motion(double time, const Vec3& offset) const noexcept {
-  const std::size_t index = knotBefore(time);
+  return motionFrom(knotBefore(time), time, offset);
+}
+
+Quat PoseTrack::orientationFrom(std::size_t index, double time) const {
+  const Knot& from = knot(index);
+  if (index + 1 >= count_ || !(time > from.pose.time)) return from.pose.orientation;
+  const Knot& to = knot(index + 1);
+  const double s = (time - from.pose.time) / (to.pose.time - from.pose.time);
+  return from.pose.orientation * turnedBy(s * to.turn);
+}
+
+PoseTrack::Motion PoseTrack::motionFrom(std::size_t index, double time, const Vec3& offset) const {
   const Knot& from = knot(index);
   const double since = time - from.pose.time;
   const bool isLast = index + 1 == count_;
@@ -192,12 +209,11 @@ PoseTrack::Motion PoseTrack::motion(double time, const Vec3& offset) const noexc
       motion.position += horizon_ * from.velocity;
   }
   if (offset.isZero(0.0)) return motion;
-  const Vec3 arm = at(time).orientation * offset;
+  const Vec3 arm = orientationFrom(index, time) * offset;
   motion.position += arm;
   if (since < 0.0 || isLast) return motion;
   const Knot& to = knot(index + 1);
-  const Vec3 turn = turnBetween(from.pose.orientation, to.pose.orientation);
-  const Vec3 rate = from.pose.orientation * turn / (to.pose.time - from.pose.time);
+  const Vec3 rate = from.pose.orientation * to.turn / (to.pose.time - from.pose.time);
   motion.velocity += rate.cross(arm);
   return motion;
 }
@@ -211,7 +227,7 @@ Arrival arrivalOf(const PoseTrack& track, const Emission& emission, double speed
   const PoseTrack::Motion motion = track.motion(arrival.time, offset);
   const Vec3 path = motion.position - emission.position;
   arrival.distance = path.norm();
-  arrival.orientation = track.at(arrival.time).orientation;
+  arrival.orientation = track.orientation(arrival.time);
   if (arrival.distance > 0.0) arrival.towardsSource = -path / arrival.distance;
   const double sourceMach = -arrival.towardsSource.dot(emission.velocity) / speedOfSound;
   const double listenerMach = -arrival.towardsSource.dot(motion.velocity) / speedOfSound;

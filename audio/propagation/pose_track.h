@@ -63,6 +63,8 @@ class PoseTrack {
   /// @param offset m, listener frame: a receiver of the listener
   /// [one thread; does not allocate; O(log size)]
   Motion motion(double time, const Vec3& offset = Vec3::Zero()) const noexcept;
+  /// The orientation of `at`. [one thread; does not allocate; O(log size)]
+  Quat orientation(double time) const noexcept;
 
   /// True if the listener stands at one pose from `time` (s) on, as far as is known.
   bool stands(double time) const { return time >= standsSince_; }
@@ -80,11 +82,19 @@ class PoseTrack {
   struct Knot {
     ListenerPose pose;
     Vec3 velocity = Vec3::Zero();
+    Vec3 turn = Vec3::Zero();  // rad, from the orientation of the knot before
   };
-  const Knot& knot(std::size_t index) const { return knots_[(first_ + index) % knots_.size()]; }
-  Knot& knot(std::size_t index) { return knots_[(first_ + index) % knots_.size()]; }
+  std::size_t placeOf(std::size_t index) const {
+    const std::size_t place = first_ + index;
+    return place < knots_.size() ? place : place - knots_.size();
+  }
+  const Knot& knot(std::size_t index) const { return knots_[placeOf(index)]; }
+  Knot& knot(std::size_t index) { return knots_[placeOf(index)]; }
   std::size_t knotBefore(double time) const;
   Motion along(std::size_t index, double time) const;
+  // The same as `motion` and `orientation`, from the knot before `time`.
+  Motion motionFrom(std::size_t index, double time, const Vec3& offset) const;
+  Quat orientationFrom(std::size_t index, double time) const;
 
   std::vector<Knot> knots_;  // a ring buffer
   std::size_t first_ = 0;

@@ -352,7 +352,8 @@ void RunPlayer::scheduleSettled() {
     return !keepsOrder && !isOver && event.time >= settled;
   });
   for (auto event = known_.begin(); event != open; ++event)
-    if (event->time <= heardAt(duration)) synth_->schedule(*event);
+    // A host has heard what Bullet solved before the bodies touched, after its last substep.
+    if (event->time <= heardAt(duration) || keepsOrder) synth_->schedule(*event);
   known_.erase(known_.begin(), open);
   synth_->advanceTo(std::min(settled, heardAt(duration)));
 }

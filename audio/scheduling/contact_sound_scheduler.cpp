@@ -329,8 +329,10 @@ void ContactSoundScheduler::hearSlide(const ContactState& contact, const SampleS
       return;
     }
   }
-  estimate(step);
-  sound(step, sink);
+  if (estimate(step)) return sound(step, sink);
+  ++counters_.inaudibleSlides;
+  letRest(contact, *slide);
+  slide->isHeard = true;
 }
 
 /// Gives a voice to the contact of a body that rings, which may gather energy for longer than a
@@ -346,8 +348,8 @@ void ContactSoundScheduler::hearRinging(const SlideStep& step, SoundSink& sink) 
     scheduleSlide(step, first, sink);
 }
 
-/// Finds what is heard of a contact, as noise.
-void ContactSoundScheduler::estimate(const SlideStep& step) {
+/// Finds what is heard of a contact, as noise; false if that is nothing, and it has no voice.
+bool ContactSoundScheduler::estimate(const SlideStep& step) {
   const ContactState& contact = step.contact;
   BandPowers force;
   estimateForce(step.slide.drive.contact(contact.duration), force);
@@ -360,7 +362,12 @@ void ContactSoundScheduler::estimate(const SlideStep& step) {
         SlideTracker::unitImpulse(contact, first, step.slide.sides[first ? 0 : 1].offset),
         body.sound, settings_.medium);
   }
-  noise_.propagate(contact.time, std::span(strikes).first(count), force);
+  const std::span<const Strike> pushed = std::span(strikes).first(count);
+  if (step.slide.voice == 0.0 &&
+      HeardSlides::isInaudible(noise_.boundOverHearing(contact.time, pushed, force)))
+    return false;
+  noise_.propagate(contact.time, pushed, force);
+  return true;
 }
 
 /// Schedules the share of a step that has a voice, and adds the rest to the bed of noise.

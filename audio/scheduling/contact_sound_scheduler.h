@@ -121,7 +121,7 @@ class ContactSoundScheduler {
   void updateSlide(const ContactState& contact, const SampleShift& shift, SoundSink& sink);
   void hearSlide(const ContactState& contact, const SampleShift& shift, SoundSink& sink);
   void hearRinging(const SlideStep& step, SoundSink& sink);
-  void estimate(const SlideStep& step);
+  bool estimate(const SlideStep& step);
   void sound(const SlideStep& step, SoundSink& sink);
   bool rings(const ContactState& contact) const;
   void scheduleSlide(const SlideStep& step, bool first, SoundSink& sink);

@@ -32,8 +32,12 @@ void HeardSlides::begin(const ContactState& contact, const SampleShift& shift, S
   shift_ = shift;
 }
 
+bool HeardSlides::isInaudible(double overHearing) {
+  return overHearing < kBelowHearing;
+}
+
 HeardSlides::Fate HeardSlides::decide(const NoisePropagation& sound, bool isVoice) {
-  if (sound.overHearing() < kBelowHearing) return Fate::inaudible;
+  if (isInaudible(sound.overHearing())) return Fate::inaudible;
   const double loudness = sound.loudness();
   now_ += loudness;
   if (!isVoice && loudness < kMaskedEach * total_ &&

@@ -26,6 +26,8 @@ class HeardSlides {
   /// Closes the moment in hand: its noise is a level of the bed from now on.
   void close(SoundSink& sink);
 
+  /// True for a contact that is so far below the threshold of hearing, as a ratio of powers.
+  static bool isInaudible(double overHearing);
   /// Decides for a contact of that sound; `isVoice` if it had a voice in the step before.
   Fate decide(const NoisePropagation& sound, bool isVoice);
   /// Adds a share of the sound to the noise that the bed reaches at the end of the step.

@@ -7,6 +7,8 @@
 #include <numbers>
 #include <utility>
 
+#include <Eigen/Core>
+
 #include "audio/dsp/spread_kernel.h"
 
 namespace carom::audio {
@@ -86,6 +88,36 @@ void NoisePropagation::propagate(double time, std::span<const Strike> strikes,
   add(std::span(rays).first(count), walls_.front(), all.last(kThirdOctaves));
 }
 
+double NoisePropagation::boundOverHearing(double time, std::span<const Strike> strikes,
+                                          const BandPowers& force) {
+  place(time);
+  BandPowers powers{};
+  for (const Strike& strike : strikes) {
+    // All paths to all channels together, without what walls and the air take.
+    double far = 0.0;
+    double near = 0.0;
+    double corner = 0.0;
+    for (std::size_t channel = 0; channel < paths_->channels.size(); ++channel) {
+      for (const SoundPaths::Path& path : paths_->paths) {
+        const Ray ray = rayOf(strike, channel, path.image);
+        far += ray.gain * ray.gain;
+        near += ray.gain * ray.gain * ray.near * ray.near;
+        corner = std::max(corner, ray.corner);
+      }
+    }
+    const double size = 0.25 / (corner * corner * corner * corner);
+    const BandPowers& squares = Angular::all().square;
+    for (std::size_t band = 0; band < kThirdOctaves; ++band)
+      powers[band] += (far * squares[band] + near) / (1.0 + size * squares[band] * squares[band]);
+  }
+  // The pressures of two bodies add up to twice the sum of their powers, at most.
+  const auto most = static_cast<double>(strikes.size());
+  double over = 0.0;
+  for (std::size_t band = 0; band < kThirdOctaves; ++band)
+    over = std::max(over, most * force[band] * powers[band] / hearingThreshold()[band]);
+  return over;
+}
+
 /// Finds all channels' receivers, once for all contacts of a moment.
 void NoisePropagation::place(double time) {
   if (!places_.empty() && time == placedAt_ && tracks_.changes() == placedAfter_) return;
@@ -158,29 +190,35 @@ void NoisePropagation::add(std::span<const Ray> rays, std::span<const double> wa
 /// the other.
 void NoisePropagation::addTogether(const Ray& one, const Ray& other, std::span<const double> walls,
                                    std::span<double> powers) const {
-  const double apart = one.delay - other.delay;
-  const double gain = 2.0 * one.gain * other.gain;
-  for (std::size_t band = 0; band < kThirdOctaves; ++band) {
-    const double omega = Angular::all().omega[band];
-    const double square = Angular::all().square[band];
-    // Within a third octave the phase between the two turns by so much to either side.
-    const double turn = 0.5 * kThirdOctaveWidth * omega * apart;
-    if (std::abs(turn) > std::numbers::pi) break;
-    const double alike = turn == 0.0 ? 1.0 : std::sin(turn) / turn;
-    // Products of the numerators, and of the denominators' conjugates, as real and imaginary part.
-    const double nears = one.near * other.near + square;
-    const double nearsAcross = omega * (other.near - one.near);
-    const double u = omega / one.corner;
-    const double v = omega / other.corner;
-    const double real = 1.0 - 0.5 * u * u;
-    const double otherReal = 1.0 - 0.5 * v * v;
-    const double sizes = real * otherReal + u * v;
-    const double sizesAcross = real * v - u * otherReal;
-    const double both = (nears * sizes - nearsAcross * sizesAcross) * std::cos(omega * apart) +
-                        (nears * sizesAcross + nearsAcross * sizes) * std::sin(omega * apart);
-    const double damped = (real * real + u * u) * (otherReal * otherReal + v * v);
-    powers[band] += gain * alike * both / damped * (*force_)[band] * walls[band];
-  }
+  using Bands = Eigen::Array<double, kThirdOctaves, 1>;
+  const auto bandsOf = [](const double* values) { return Eigen::Map<const Bands>(values); };
+  const auto omega = bandsOf(Angular::all().omega.data());
+  const auto square = bandsOf(Angular::all().square.data());
+  // Within a third octave the phase between the two turns by `turn` to either side.
+  const Bands phase = (one.delay - other.delay) * omega;
+  const Bands turn = 0.5 * kThirdOctaveWidth * phase;
+  const auto count = (turn.abs() <= std::numbers::pi).count();  // of the lowest
+  if (count == 0) return;
+  // Sines and cosines are to a float's precision: several at once.
+  const Bands turns = phase / (2.0 * std::numbers::pi);
+  const auto angle = (2.0 * std::numbers::pi * (turns - turns.round())).cast<float>().eval();
+  const Bands alike = (turn == 0.0).select(1.0, turn.cast<float>().sin().cast<double>() / turn);
+  // Products of the numerators, and of the denominators' conjugates, as real and imaginary part.
+  const Bands nears = one.near * other.near + square;
+  const Bands nearsAcross = omega * (other.near - one.near);
+  const Bands u = omega / one.corner;
+  const Bands v = omega / other.corner;
+  const Bands real = 1.0 - 0.5 * u * u;
+  const Bands otherReal = 1.0 - 0.5 * v * v;
+  const Bands sizes = real * otherReal + u * v;
+  const Bands sizesAcross = real * v - u * otherReal;
+  const Bands both =
+      (nears * sizes - nearsAcross * sizesAcross) * angle.cos().cast<double>() +
+      (nears * sizesAcross + nearsAcross * sizes) * angle.sin().cast<double>();
+  const Bands damped = (real * real + u * u) * (otherReal * otherReal + v * v);
+  const Bands common = 2.0 * one.gain * other.gain * alike * both / damped *
+                       bandsOf(force_->data()) * bandsOf(walls.data());
+  Eigen::Map<Bands>(powers.data()).head(count) += common.head(count);
 }
 
 void NoisePropagation::rate() {

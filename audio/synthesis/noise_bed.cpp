@@ -200,9 +200,11 @@ void NoiseBed::mix(std::int64_t position, const Output& to) noexcept {
 
 /// Adds samples within one hop.
 void NoiseBed::mixHop(std::int64_t position, const Output& to) noexcept {
+  using Ramp = Eigen::Array<float, kHop, 1>;
+  static const Ramp ramp = Ramp::LinSpaced(0.0F, static_cast<float>(kHop - 1));
   const auto from = static_cast<std::size_t>(position - hop_ * kHop);
   for (std::size_t channel = 0; channel < channels_; ++channel) {
-    std::array<float, kHop> sum{};
+    Ramp sum = Ramp::Zero();
     for (std::size_t band = 0; band < kThirdOctaves; ++band) {
       const std::size_t index = channel * kThirdOctaves + band;
       const float slope = (after_[index] - before_[index]) / static_cast<float>(kHop);
@@ -212,9 +214,11 @@ void NoiseBed::mixHop(std::int64_t position, const Output& to) noexcept {
       std::size_t at = wrapped(position + static_cast<std::int64_t>(channel * kApart), loop.size());
       for (std::size_t done = 0; done < to.frames;) {
         const std::size_t part = std::min(to.frames - done, loop.size() - at);
-        const float* const noise = &loop[at];
-        for (std::size_t i = 0; i < part; ++i)
-          sum[done + i] += (begin + static_cast<float>(from + done + i) * slope) * noise[i];
+        const auto count = static_cast<Eigen::Index>(part);
+        const auto first = static_cast<Eigen::Index>(done);
+        sum.segment(first, count) +=
+            (begin + ramp.segment(static_cast<Eigen::Index>(from) + first, count) * slope) *
+            Eigen::Map<const Eigen::ArrayXf>(&loop[at], count);
         done += part;
         at = 0;
       }
@@ -222,7 +226,7 @@ void NoiseBed::mixHop(std::int64_t position, const Output& to) noexcept {
     const bool isSent = to.send != nullptr && channel + 1 == channels_;
     double* const samples = isSent ? to.send : to.samples + channel * to.stride;
     for (std::size_t i = 0; i < to.frames; ++i)
-      samples[i] += static_cast<double>(sum[i]);
+      samples[i] += static_cast<double>(sum[static_cast<Eigen::Index>(i)]);
   }
 }
 

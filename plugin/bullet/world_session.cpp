@@ -98,7 +98,7 @@ void WorldSession::postSubstep() {
   bridge_->clear();
   moveRinging();
   tellPoses();
-  advanceTo(bridge_->time());
+  advanceTo(bridge_->time(), bridge_->settledTime());
   forgetRemoved();
   takeShapes();
   report();

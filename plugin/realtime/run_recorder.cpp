@@ -211,17 +211,18 @@ void RunRecorder::leapTo(double seconds) {
   time_ = seconds;
 }
 
-void RunRecorder::advanceTo(double seconds) {
+void RunRecorder::advanceTo(double seconds, double settled) {
   for (const BodyId id : std::exchange(fresh_, {}))
     (void)numberOf(id);
   time_ = seconds;
-  closePortion(seconds);
+  closePortion(settled);
 }
 
-/// Ends what was told up to that time of the simulation.
-void RunRecorder::closePortion(double seconds) {
+/// Ends what was told before that time of the simulation.
+void RunRecorder::closePortion(double settled) {
   RunPortion portion = std::exchange(portion_, {});
-  portion.settledTime = seconds + shift_;
+  settled_ = std::max(settled_, settled + shift_);
+  portion.settledTime = settled_;
   if (failure_) {
     changes_.clear();
   } else if (writer_) {

@@ -50,8 +50,8 @@ class RunRecorder {
   void moveListener(std::size_t listener, const ListenerPose& pose);
   /// Takes note that the clock leaps to `seconds`.
   void leapTo(double seconds);
-  /// Ends a step.
-  void advanceTo(double seconds);
+  /// Ends a step. Every event before `settled` (s) has been posted.
+  void advanceTo(double seconds, double settled);
 
   /// Completes the file of toFile. Returns the first error since the beginning.
   Status finish();
@@ -81,7 +81,7 @@ class RunRecorder {
   void add(Record record, std::vector<Record>& records);
   bool isOfUse(const ContactState& contact);
   void require(Body& body);
-  void closePortion(double seconds);
+  void closePortion(double settled);
   void write(audio::RunPortion portion);
   void keep(audio::RunPortion portion);
   void closePiece();
@@ -102,6 +102,7 @@ class RunRecorder {
   std::vector<bool> isOnItsWay_;          // by listener: it has jumped, and is not there yet
   double time_ = 0.0;                     // s, the host's clock
   double shift_ = 0.0;                    // s, from it to the run's
+  double settled_ = 0.0;                  // s, the run's clock: of the portion before
   audio::RunPortion portion_;             // of the step in hand
   std::vector<audio::HostBody> changes_;  // from the step in hand on
 

@@ -390,7 +390,7 @@ const std::vector<BodyId>& SoundSession::ringing() {
   return ringingBodies;
 }
 
-void SoundSession::advanceTo(double seconds) {
+void SoundSession::advanceTo(double seconds, double settled) {
   if (isClosed || !(std::abs(seconds) <= kLongestClock)) return;
   moveListeners();
   if (seconds < time) {
@@ -411,7 +411,7 @@ void SoundSession::advanceTo(double seconds) {
     forEachRun([seconds](RunRecorder& run) { run.leapTo(seconds); });
   }
   time = seconds;
-  forEachRun([seconds](RunRecorder& run) { run.advanceTo(seconds); });
+  forEachRun([=](RunRecorder& run) { run.advanceTo(seconds, settled); });
   forEachRecorder([seconds](SoundRecorder& each) { each.advanceTo(seconds); });
   tellFailure();
   if (engine) engine->advanceTo(seconds);

@@ -69,7 +69,9 @@ struct SoundSession : std::enable_shared_from_this<SoundSession> {
   Status moveBody(BodyId id, const ListenerPose& pose);
   /// Returns the bodies that ring, each once.
   const std::vector<BodyId>& ringing();
-  void advanceTo(double seconds);
+  void advanceTo(double seconds) { advanceTo(seconds, seconds); }
+  /// The same, where events from `settled` (s) on may still be posted.
+  void advanceTo(double seconds, double settled);
   /// Predicts the peak (Pa) of the first blow, for an automatic level.
   void predict(double pressure);
   /// Sets the pose of a listener that there is, at the present time.

@@ -418,7 +418,8 @@ void SceneSound::scheduleSettled() {
     return !keepsOrder && event.time >= settledTime && settledTime < duration_;
   });
   for (auto event = known_.begin(); event != open; ++event) {
-    if (event->time > duration_) continue;
+    // A host has heard what Bullet solved before the bodies touched, after its last substep.
+    if (event->time > duration_ && !keepsOrder) continue;
     const double peak = synth_.schedule(*event);
     if (event->time >= span_.from && event->time <= span_.to) settle({*event, peak});
   }
