@@ -212,9 +212,8 @@ void NoisePropagation::addTogether(const Ray& one, const Ray& other, std::span<c
   const Bands otherReal = 1.0 - 0.5 * v * v;
   const Bands sizes = real * otherReal + u * v;
   const Bands sizesAcross = real * v - u * otherReal;
-  const Bands both =
-      (nears * sizes - nearsAcross * sizesAcross) * angle.cos().cast<double>() +
-      (nears * sizesAcross + nearsAcross * sizes) * angle.sin().cast<double>();
+  const Bands both = (nears * sizes - nearsAcross * sizesAcross) * angle.cos().cast<double>() +
+                     (nears * sizesAcross + nearsAcross * sizes) * angle.sin().cast<double>();
   const Bands damped = (real * real + u * u) * (otherReal * otherReal + v * v);
   const Bands common = 2.0 * one.gain * other.gain * alike * both / damped *
                        bandsOf(force_->data()) * bandsOf(walls.data());

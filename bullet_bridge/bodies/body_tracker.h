@@ -187,7 +187,7 @@ class BodyTracker {
   bool hasContinuous_ = false;
   bool hasSoft_ = false;
   double restSpeed_ = 0.0;
-  double dt_ = 0.0;             // s, of the current substep
+  double dt_ = 0.0;  // s, of the current substep
   // Of some shapes that were read in it: many bodies share one. A shape's place is by its address.
   std::array<ShapeSize, 64> sizes_;
   bool relativeMargin_ = true;  // Bullet takes the contact margin from the shape's size

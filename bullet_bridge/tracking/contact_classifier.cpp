@@ -161,8 +161,8 @@ PairRecord* ContactClassifier::beginBefore(const PairMotion& now) {
   const ContactPair& pair = now.pair();
   const SolvedContact& solved = reader_.read(pair);
   const double restSpeed = context_.settings.restSpeed;
-  const bool overlaps = std::ranges::any_of(
-      solved.points, [](const SolvedPoint& point) { return point.gap <= 0.0; });
+  const bool overlaps =
+      std::ranges::any_of(solved.points, [](const SolvedPoint& point) { return point.gap <= 0.0; });
   if (!overlaps || fastestApproach(pair) <= restSpeed) return nullptr;
   const FoundImpact* found =
       finder_.before(pair, {context_.clock.current().length, restSpeed}, previousOf(pair));

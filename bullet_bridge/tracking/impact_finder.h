@@ -44,8 +44,8 @@ class ImpactFinder {
     double dt = 0.0;
   };
 
-  /// Searches the path that the bodies took, for a pair that is apart at its start, by `gap` (m). If
-  /// that is not known, and negative therefore, pairs that overlap at the start have no impact.
+  /// Searches the path that the bodies took, for a pair that is apart at its start, by `gap` (m).
+  /// If that is not known, and negative therefore, pairs that overlap at the start have no impact.
   const FoundImpact* alongPath(const PairMotion& now, double gap, const Substep& substep);
   /// Searches the path that the bodies would have taken, for a pair where Bullet's solver acted on
   /// a gap (a speculative contact), so that the bodies do not touch, or touch too slowly.

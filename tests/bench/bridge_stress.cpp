@@ -38,7 +38,8 @@ struct Totals {
 
 void run(std::uint64_t seed, bool prompt, Totals& totals) {
   announce(seed);
-  const RandomSceneResult result = runRandomScene(seed, prompt);
+  const RandomSceneResult result =
+      runRandomScene(seed, {.delivery = prompt ? EventDelivery::prompt : EventDelivery::complete});
   ++totals.scenes;
   totals.substeps += result.substeps;
   totals.collisions += result.collisions;

@@ -105,10 +105,10 @@ class WorldRun {
   enum Which : std::size_t { plain, bridged, sounding, recording, keeping };
 
   void attach() {
-    Result<BulletBridge> bridge = BulletBridge::attach(
-        worlds_[bridged]->world(), {.delivery = EventDelivery::prompt,
-                                    .stillSpeed = kStillSpeed,
-                                    .search = ImpactSearch::contacts});
+    Result<BulletBridge> bridge =
+        BulletBridge::attach(worlds_[bridged]->world(), {.delivery = EventDelivery::prompt,
+                                                         .stillSpeed = kStillSpeed,
+                                                         .search = ImpactSearch::contacts});
     if (!bridge) std::abort();
     bridge_.emplace(*std::move(bridge));
     SoundSettings settings;

@@ -8,6 +8,7 @@
 #include <btBulletDynamicsCommon.h>
 
 #include "carom/audio/vector.h"
+#include "carom/bullet/bullet_bridge.h"
 #include "tests/support/random.h"
 
 namespace carom {
@@ -78,6 +79,6 @@ struct RandomSceneResult {
 /// Runs the scene of a seed with a bridge and checks everything in its reports that can be checked
 /// without knowing what happened: numbers are finite and consistent, events are in time and in
 /// pairs, and the counts are complete.
-RandomSceneResult runRandomScene(std::uint64_t seed, bool prompt = false);
+RandomSceneResult runRandomScene(std::uint64_t seed, const BulletBridgeSettings& settings = {});
 
 }  // namespace carom

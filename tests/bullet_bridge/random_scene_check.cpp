@@ -7,7 +7,6 @@
 #include <tuple>
 #include <utility>
 
-#include "carom/bullet/bullet_bridge.h"
 #include "tests/bullet_bridge/delivery_time.h"
 #include "tests/bullet_bridge/random_scene.h"
 
@@ -186,10 +185,8 @@ void Watch::finish() {
 
 }  // namespace
 
-RandomSceneResult runRandomScene(std::uint64_t seed, bool prompt) {
+RandomSceneResult runRandomScene(std::uint64_t seed, const BulletBridgeSettings& settings) {
   RandomScene scene(seed);
-  BulletBridgeSettings settings;
-  if (prompt) settings.delivery = EventDelivery::prompt;
   Result<BulletBridge> bridge = BulletBridge::attach(scene.world(), settings);
   if (!bridge) return {.failure = bridge.error().message};
   Watch watch(*bridge, scene.step());

@@ -11,10 +11,13 @@ TEST(RandomScenes, WhatTheBridgeSaysIsFiniteConsistentInTimeAndComplete) {
   std::uint64_t collisions = 0;
   for (int index = 0; index < trials(400); ++index) {
     const auto seed = static_cast<std::uint64_t>(index);
-    for (const bool prompt : {false, true}) {
-      const RandomSceneResult result = runRandomScene(seed, prompt);
-      EXPECT_EQ(result.failure, "") << "bench_bridge_stress --seed " << seed;
-      collisions += result.collisions;
+    for (const EventDelivery delivery : {EventDelivery::complete, EventDelivery::prompt}) {
+      for (const ImpactSearch search : {ImpactSearch::paths, ImpactSearch::contacts}) {
+        const RandomSceneResult result =
+            runRandomScene(seed, {.delivery = delivery, .search = search});
+        EXPECT_EQ(result.failure, "") << "bench_bridge_stress --seed " << seed;
+        collisions += result.collisions;
+      }
     }
   }
   EXPECT_GT(collisions, static_cast<unsigned>(trials(50)));
