@@ -31,10 +31,8 @@ constexpr double kLouder = 1.5;
 
 /// Lets a contact that is too quiet rest.
 void letRest(const ContactState& contact, Slide& slide) {
-  const double farthest = std::max((contact.pathEnd - contact.pathStart).squaredNorm(),
-                                   (contact.otherPathEnd - contact.otherPathStart).squaredNorm());
   slide.rest = {.steps = kRestingSteps,
-                .fastest = kLouder * kLouder * farthest,
+                .fastest = kLouder * kLouder * squaredWay(contact),
                 .heaviest = kLouder * contact.normalLoad};
 }
 
@@ -304,19 +302,15 @@ bool ContactSoundScheduler::rings(const ContactState& contact) const {
 /// Schedules a step of a contact as much as it is heard.
 void ContactSoundScheduler::hearSlide(const ContactState& contact, const SampleShift& shift,
                                       SoundSink& sink) {
+  if (slides_.restsOn(contact)) {
+    ++counters_.inaudibleSlides;
+    return;
+  }
   if (contact.phase != ContactPhase::end && isValid(contact, settings_.sampleRate))
     heard_.begin(contact, shift, sink);
   Slide* const slide = slides_.find(contact, settings_.sampleRate);
   if (slide == nullptr) return;
-  const double farthest = std::max((contact.pathEnd - contact.pathStart).squaredNorm(),
-                                   (contact.otherPathEnd - contact.otherPathStart).squaredNorm());
-  Slide::Rest& rest = slide->rest;
-  if (rest.steps > 0 && farthest <= rest.fastest && contact.normalLoad <= rest.heaviest) {
-    --rest.steps;
-    ++counters_.inaudibleSlides;
-    return;
-  }
-  rest.steps = 0;
+  slide->rest.steps = 0;
   const ContactDrive::Step drive = slides_.stepOf(contact, shift.stretch * settings_.sampleRate);
   const SlideStep step{contact, shift, *slide, &drive};
   if (bodies_.anyModes() && rings(contact)) return hearRinging(step, sink);

@@ -31,6 +31,18 @@ struct Angular {
   }
 };
 
+using Bands = Eigen::Array<double, kThirdOctaves, 1>;
+
+Eigen::Map<const Bands> bandsOf(const double* values) {
+  return Eigen::Map<const Bands>(values);
+}
+
+/// exp(-x) for x from 0 on: most third octaves lose next to nothing over a room's distances.
+double left(double x) {
+  constexpr double kLittle = 1e-3;
+  return x < kLittle ? 1.0 - x + 0.5 * x * x : std::exp(-x);  // to 2e-10
+}
+
 /// Squares of what the walls of a path leave of each third octave.
 BandPowers reflected(const std::vector<ReflectionFilter>& chain, double sampleRate) {
   BandPowers squares;
@@ -163,23 +175,21 @@ NoisePropagation::Ray NoisePropagation::sendOf(const Strike& strike) const {
 BandPowers NoisePropagation::withAir(BandPowers walls, double distance) const {
   if (distance != 0.0)
     for (std::size_t band = 0; band < kThirdOctaves; ++band)
-      walls[band] *= std::exp(-distance * air_[band]);
+      walls[band] *= left(distance * air_[band]);
   return walls;
 }
 
 void NoisePropagation::add(std::span<const Ray> rays, std::span<const double> walls,
                            std::span<double> powers) const {
-  const Angular& angular = Angular::all();
+  const auto square = bandsOf(Angular::all().square.data());
+  const Bands force = bandsOf(force_->data()) * bandsOf(walls.data());
   for (const Ray& ray : rays) {
     const double gain = ray.gain * ray.gain;
     if (gain == 0.0) continue;
     const double near = ray.near * ray.near;
     const double size = 0.25 / (ray.corner * ray.corner * ray.corner * ray.corner);
-    for (std::size_t band = 0; band < kThirdOctaves; ++band) {
-      const double square = angular.square[band];
-      powers[band] +=
-          (*force_)[band] * walls[band] * gain * (square + near) / (1.0 + size * square * square);
-    }
+    Eigen::Map<Bands>(powers.data()) +=
+        force * (gain * (square + near)) / (1.0 + size * square * square);
   }
   if (rays.size() == 2 && rays[0].gain != 0.0 && rays[1].gain != 0.0)
     addTogether(rays[0], rays[1], walls, powers);
@@ -190,8 +200,6 @@ void NoisePropagation::add(std::span<const Ray> rays, std::span<const double> wa
 /// the other.
 void NoisePropagation::addTogether(const Ray& one, const Ray& other, std::span<const double> walls,
                                    std::span<double> powers) const {
-  using Bands = Eigen::Array<double, kThirdOctaves, 1>;
-  const auto bandsOf = [](const double* values) { return Eigen::Map<const Bands>(values); };
   const auto omega = bandsOf(Angular::all().omega.data());
   const auto square = bandsOf(Angular::all().square.data());
   // Within a third octave the phase between the two turns by `turn` to either side.

@@ -80,11 +80,14 @@ double contactRadius(const ContactState& contact, const SoundingBody& body,
 
 }  // namespace
 
+double squaredWay(const ContactState& contact) {
+  return std::max((contact.pathEnd - contact.pathStart).squaredNorm(),
+                  (contact.otherPathEnd - contact.otherPathStart).squaredNorm());
+}
+
 bool isMoving(const ContactState& contact) {
-  const double farthest = std::max((contact.pathEnd - contact.pathStart).squaredNorm(),
-                                   (contact.otherPathEnd - contact.otherPathStart).squaredNorm());
   const double least = 0.5 * ContactDrive::kSlowest * contact.duration;
-  return farthest >= least * least;
+  return squaredWay(contact) >= least * least;
 }
 
 bool isValid(const ContactState& contact, double sampleRate) {
@@ -173,6 +176,17 @@ void SlideTracker::advance(const ContactState& contact, const ContactDrive::Step
   }
   if (!slide.sounds) fadeIn(slide.nodes, contact.duration);
   slide.sounds = !slide.nodes.empty();
+}
+
+bool SlideTracker::restsOn(const ContactState& contact) {
+  if (contact.phase == ContactPhase::end || !isMoving(contact)) return false;
+  const auto found = slides_.find(keyOf(contact));
+  if (found == slides_.end()) return false;
+  Slide::Rest& rest = found->second.rest;
+  const bool goesOn =
+      rest.steps > 0 && squaredWay(contact) <= rest.fastest && contact.normalLoad <= rest.heaviest;
+  if (goesOn) --rest.steps;
+  return goesOn;
 }
 
 Slide* SlideTracker::find(const ContactState& contact, double sampleRate) {

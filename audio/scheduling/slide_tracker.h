@@ -17,6 +17,9 @@
 
 namespace carom::audio {
 
+/// Returns the square (m^2) of the contact point's way over the surface on which that is longer.
+/// [any thread]
+double squaredWay(const ContactState& contact);
 /// True if the contact point moves over a surface fast enough to sound. [any thread]
 bool isMoving(const ContactState& contact);
 
@@ -45,7 +48,7 @@ struct Slide {
   /// presses harder.
   struct Rest {
     int steps = 0;
-    double fastest = 0.0;   ///< m
+    double fastest = 0.0;   ///< m^2, as squaredWay
     double heaviest = 0.0;  ///< N
   } rest;
   /// The latest state of the contact on one of the bodies.
@@ -73,6 +76,9 @@ class SlideTracker {
   /// Computes the nodes of a step of a contact whose steepestImpulse is above 0. `sampleRate` (Hz)
   /// is that of the samples in a second of the mechanics.
   Slide& advance(const ContactState& contact, double sampleRate);
+  /// True if the slide of a pair whose contact moves goes on resting (Slide::Rest), which it then
+  /// does for one step less.
+  bool restsOn(const ContactState& contact);
   /// Returns the slide of a pair whose contact moves, and whose numbers are finite; nullptr, and
   /// the slide has ended, if it does not, or a body is not known.
   Slide* find(const ContactState& contact, double sampleRate);
