@@ -280,6 +280,34 @@ TEST(ContactDrive, BothSurfacesCount) {
     EXPECT_NEAR(both[index].weight, 2.0 * one[index].weight, 1e-9);
 }
 
+// The width of a rigid contact under a load that is finite, and too large to be multiplied, is no
+// number.
+TEST(ContactDrive, ALoadThatIsTooLargeBeginsAnew) {
+  const SurfaceTexture texture = waves(0.1F);
+  const auto stepAt = [&texture](int index) {
+    ContactDrive::Step step = slideAlong(texture, 0.01 * index, 1.0, 0.01);
+    step.radius = 1e3;
+    return step;
+  };
+  ContactDrive drive;
+  ContactDrive fresh;
+  std::vector<PulseNode> nodes;
+  std::vector<PulseNode> expected;
+  drive.advance(stepAt(0), nodes);
+  ContactDrive::Step heavy = stepAt(1);
+  heavy.load = 1e308;
+  drive.advance(heavy, nodes);
+  EXPECT_TRUE(nodes.empty());
+  for (int index = 2; index < 5; ++index) {
+    drive.advance(stepAt(index), nodes);
+    fresh.advance(stepAt(index), expected);
+    ASSERT_EQ(nodes.size(), expected.size());
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+      EXPECT_EQ(nodes[i].weight, expected[i].weight) << index << ", " << i;
+  }
+  EXPECT_FALSE(nodes.empty());
+}
+
 TEST(ContactDrive, AnyHistoryStaysBounded) {
   const SurfaceTexture rough = *SurfaceTexture::rough({1e-3, 1e-3, 0.5}, 3);
   Random random(4);
