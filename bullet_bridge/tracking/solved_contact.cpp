@@ -105,9 +105,7 @@ std::span<const ContactPair> ContactReader::pushedPairs(BodyTracker& tracker) {
   for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
     const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
     if (manifold.getNumContacts() == 0) continue;
-    const TrackedBody* first = tracker.find(*manifold.getBody0());
-    const TrackedBody* second = tracker.find(*manifold.getBody1());
-    if (isPushed(manifold)) addPushed(first, second);
+    addPushed(manifold, tracker.find(*manifold.getBody0()), tracker.find(*manifold.getBody1()));
   }
   // A body that Bullet predicted a contact for may be gone since.
   const auto isOf = [&](const btCollisionObject* object) {
@@ -115,11 +113,11 @@ std::span<const ContactPair> ContactReader::pushedPairs(BodyTracker& tracker) {
     return found == tracker.bodies().end() ? nullptr : &*found;
   };
   for (const btPersistentManifold* manifold : predicted_) {
-    if (isPushed(*manifold)) addPushed(isOf(manifold->getBody0()), isOf(manifold->getBody1()));
+    addPushed(*manifold, isOf(manifold->getBody0()), isOf(manifold->getBody1()));
   }
   std::ranges::sort(pushed_, {}, &Pushed::key);
-  const auto repeated = std::ranges::unique(pushed_, {}, &Pushed::key);
-  pushed_.erase(repeated.begin(), repeated.end());
+  const auto isSame = [](const Pushed& one, const Pushed& other) { return one.key == other.key; };
+  pushed_.erase(std::unique(pushed_.begin(), pushed_.end(), isSame), pushed_.end());
   pairs_.clear();
   for (const Pushed& pushed : pushed_) {
     tracker.complete(*pushed.pair.body);
@@ -131,9 +129,10 @@ std::span<const ContactPair> ContactReader::pushedPairs(BodyTracker& tracker) {
 
 // Of two bodies that can both be moved, the pair's `body` is always the same, however Bullet has
 // them.
-void ContactReader::addPushed(const TrackedBody* first, const TrackedBody* second) {
+void ContactReader::addPushed(const btPersistentManifold& manifold, const TrackedBody* first,
+                              const TrackedBody* second) {
   if (first == nullptr || second == nullptr || (first->rests && second->rests)) return;
-  if (!(first->awake || second->awake)) return;
+  if (!(first->awake || second->awake) || !isPushed(manifold)) return;
   for (const TrackedBody* body : {first, second}) {
     if (!body->current.known || body->shape == ContactShape::none) return;
   }

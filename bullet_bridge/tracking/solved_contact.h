@@ -67,7 +67,8 @@ class ContactReader {
 
   void gatherManifolds(const ContactPair& pair);
   void addManifold(const ContactPair& pair, const btPersistentManifold& manifold, bool predicted);
-  void addPushed(const TrackedBody* first, const TrackedBody* second);
+  void addPushed(const btPersistentManifold& manifold, const TrackedBody* first,
+                 const TrackedBody* second);
   void addPoint(const btManifoldPoint& point, double sign, bool solved);
 
   btDynamicsWorld& world_;
