@@ -5,6 +5,7 @@
 #include <functional>
 #include <numbers>
 #include <unordered_map>
+#include <unordered_set>
 #include <utility>
 
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
@@ -426,6 +427,17 @@ void BodyTracker::endSubstep(const btCollisionWorld& world, double dt) {
     });
     if (body == bodies_.end()) continue;
     endBody(*body, histories_[static_cast<std::size_t>(body - bodies_.begin())], dt);
+  }
+}
+
+void BodyTracker::leaveOutRemoved(const btCollisionWorld& world) {
+  const auto& objects = world.getCollisionObjectArray();
+  std::unordered_set<const btCollisionObject*> there;
+  for (int i = 0; i < objects.size(); ++i)
+    there.insert(objects[i]);
+  for (TrackedBody& body : bodies_) {
+    const bool isThere = there.contains(body.object) && isSame(body, *body.object);
+    body.current.known = body.current.known && isThere;
   }
 }
 

@@ -119,6 +119,8 @@ class BodyTracker {
   /// orientation, its motion in the substep before and TrackedBody::turned. Until then, a body that
   /// is `isPartial` has only its place, its velocities, its force and their bounds.
   void complete(const TrackedBody& body);
+  /// Takes bodies for unknown in this substep that are no longer in the world, and perhaps gone.
+  void leaveOutRemoved(const btCollisionWorld& world);
   /// Returns nullptr for an object that was not in the world for the whole substep.
   const TrackedBody* find(const btCollisionObject& object) const;
   /// Returns nullptr if the body is no longer in the world. `place` is where it was found before,

@@ -134,7 +134,7 @@ void BulletBridge::clear() {
   impl_->classifier().contacts().clear();
 }
 void BulletBridge::flush() {
-  impl_->classifier().flush();
+  impl_->classifier().flush(impl_->isAttached());
 }
 double BulletBridge::time() const {
   return impl_->context().clock.current().start;

@@ -411,7 +411,29 @@ double ContactClassifier::settledTime() {
   return settled;
 }
 
-void ContactClassifier::flush() {
+// Begins the impacts of the latest substep, which is over, on which Bullet's solver has yet to act.
+void ContactClassifier::beginUnsolved() {
+  bodies_.leaveOutRemoved(context_.world);
+  const double dt = context_.clock.current().length;
+  const auto pairs = candidates_.find(bodies_, dt);
+  gaps_.beginSubstep(pairs.size());
+  for (const ContactPair& pair : pairs) {
+    if (records_.find(pair.key()) != nullptr) continue;
+    const PairMotion now(pair, MotionKind::actual, dt, dt, finder_.pieces());
+    if (!now.isFollowed() || missesFrom(now)) continue;
+    const Proximity start = now.proximityAt(0.0);
+    if (!(start.gap > 0.0)) continue;
+    const FoundImpact* found = find(now, start, nullptr, nullptr);
+    if (found == nullptr) continue;
+    FoundImpact late = *found;
+    late.offset -= dt;
+    late.since = -dt;
+    beginUnlessRest(recordOf(pair, nullptr), late, combinedRestitution(pair));
+  }
+}
+
+void ContactClassifier::flush(bool isWorldThere) {
+  if (waitsForSolver() && isWorldThere && context_.clock.number() > 0) beginUnsolved();
   records_.forEach([this](PairRecord& record) {
     if (record.isImpacting()) impacts_.flush(record);
   });

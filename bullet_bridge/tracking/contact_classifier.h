@@ -27,7 +27,7 @@ class ContactClassifier {
   void resolveAll();
 
   /// Hands out the events of impacts that are still under way, with what is known of them so far.
-  void flush();
+  void flush(bool isWorldThere);
   /// Time (s) before which every event has been handed out.
   double settledTime();
 
@@ -46,6 +46,7 @@ class ContactClassifier {
   bool staysApart(const ContactPair& pair);
   bool missesFrom(const PairMotion& now);
   PairRecord* beginBefore(const PairMotion& now);
+  void beginUnsolved();
   ImpactFinder::PreviousSubstep previousOf(const ContactPair& pair) const;
   bool goesOn(const ContactPair& pair, PairRecord& record);
   bool isHit(const ContactPair& pair, double least, const SolvedContact& solved) const;

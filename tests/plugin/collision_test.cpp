@@ -157,7 +157,9 @@ TEST(Collisions, UnderWayAreToldByClose) {
   balls.step(kStep, landing);
   ASSERT_TRUE(told.empty()) << "Bullet has yet to solve it";
   ASSERT_TRUE(sound.close());
-  EXPECT_EQ(told.size(), 1U);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_GT(told[0].collision.time, (landing - 1) * kStep);
+  EXPECT_LT(told[0].collision.time, landing * kStep);
 }
 
 /// The record of what the C function was told.
