@@ -255,7 +255,8 @@ TEST_F(ShotAtBody, AnOpenMeshFallsBackToASphereAndIsCounted) {
   btBvhTriangleMeshShape open(&triangles, true);
   open.setMargin(0);
   place(open);
-  // Bullet lets shot through a sheet that is on one side of it in one step, on the other in the next.
+  // Bullet lets shot through a sheet that is on one side of it in one step, on the other in the
+  // next.
   shoot({0.0, -0.051, 0.0}, Vec3::UnitY());
   Sound sound = listening(Vec3::UnitY());
   EXPECT_EQ(sound.statistics().unsolvedBodies, 1U);
