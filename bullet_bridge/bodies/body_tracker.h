@@ -190,7 +190,8 @@ class BodyTracker {
   bool hasSoft_ = false;
   double restSpeed_ = 0.0;
   double dt_ = 0.0;  // s, of the current substep
-  // Of some shapes that were read in it: many bodies share one. A shape's place is by its address.
+  // The sizes of some shapes that were read in the current substep, as many bodies share a shape.
+  // The place of each follows from the shape's address.
   std::array<ShapeSize, 64> sizes_;
   bool relativeMargin_ = true;  // Bullet takes the contact margin from the shape's size
   bool hasLinks_ = false;

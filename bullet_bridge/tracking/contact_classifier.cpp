@@ -326,14 +326,16 @@ const FoundImpact* ContactClassifier::find(const PairMotion& now, const Proximit
   const ContactPair& pair = now.pair();
   const ImpactFinder::Substep substep{context_.clock.current().length, leastSpeed(pair, record)};
   if (fastestApproach(pair) <= substep.restSpeed) return nullptr;
-  const bool isNew = record != nullptr && (!record->isInContact() || pair.isClosedForm());
-  const FoundImpact* found = search(now, start, solved, substep, isNew);
+  // Of a pair without a record, the substep before has been searched already: see beginBefore.
+  const bool looksBack =
+      waitsForSolver() && record != nullptr && (!record->isInContact() || pair.isClosedForm());
+  const FoundImpact* found = search(now, start, solved, substep, looksBack);
   return found != nullptr && mayCollide(pair) ? found : nullptr;
 }
 
 const FoundImpact* ContactClassifier::search(const PairMotion& now, const Proximity& start,
                                              const SolvedContact* solved,
-                                             const ImpactFinder::Substep& substep, bool isNew) {
+                                             const ImpactFinder::Substep& substep, bool looksBack) {
   const ContactPair& pair = now.pair();
   if (start.gap > 0.0) {
     const FoundImpact* found =
@@ -341,7 +343,7 @@ const FoundImpact* ContactClassifier::search(const PairMotion& now, const Proxim
     return found != nullptr ? found : finder_.alongPath(now, start.gap, substep);
   }
   const ImpactFinder::PreviousSubstep previous = previousOf(pair);
-  if (waitsForSolver() && isNew) {
+  if (looksBack) {
     const FoundImpact* found = finder_.before(pair, substep, previous);
     if (found != nullptr) return found;
   }
@@ -423,12 +425,8 @@ void ContactClassifier::beginUnsolved() {
     if (!now.isFollowed() || missesFrom(now)) continue;
     const Proximity start = now.proximityAt(0.0);
     if (!(start.gap > 0.0)) continue;
-    const FoundImpact* found = find(now, start, nullptr, nullptr);
-    if (found == nullptr) continue;
-    FoundImpact late = *found;
-    late.offset -= dt;
-    late.since = -dt;
-    beginUnlessRest(recordOf(pair, nullptr), late, combinedRestitution(pair));
+    if (const FoundImpact* found = find(now, start, nullptr, nullptr))
+      beginUnlessRest(recordOf(pair, nullptr), *found, combinedRestitution(pair));
   }
 }
 

@@ -42,7 +42,7 @@ class ContactClassifier {
                           const SolvedContact* solved, const PairRecord* record);
   const FoundImpact* search(const PairMotion& now, const Proximity& start,
                             const SolvedContact* solved, const ImpactFinder::Substep& substep,
-                            bool isNew);
+                            bool looksBack);
   bool staysApart(const ContactPair& pair);
   bool missesFrom(const PairMotion& now);
   PairRecord* beginBefore(const PairMotion& now);

@@ -19,7 +19,8 @@ struct PairCurvature {
 PairCurvature curvatureOf(const PairMotion& now, const Proximity& start);
 
 /// Returns the lasting contact of a pair over the substep that has just ended, from the impulses by
-/// which Bullet's solver held it. `start` is where the two were nearest as it began; only
+/// which Bullet's solver held it. `now` is the actual motion, with the orientation of spheres, too.
+/// `start` is where the two were nearest as it began; only
 /// its places and its normal are read, and only if the solver held the pair by no impulse. `phase`
 /// is left to the caller.
 ContactState contactStateOf(const PairMotion& now, const Proximity& start,

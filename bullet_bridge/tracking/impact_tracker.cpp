@@ -35,8 +35,8 @@ void ImpactTracker::begin(PairRecord& record, const FoundImpact& found, double r
   impact.solved = 0;
   impact.parted = impact.delivered = false;
   impact.restitution = bounces ? restitution : 0.0;
-  impact.foundAt = context_.clock.current().start + found.since;
-  events_.set(impact, found, context_.clock.current());
+  impact.foundAt = context_.clock.latest().start + found.since;
+  events_.set(impact, found, context_.clock.latest());
   if (impact.points.empty()) return record.suppressImpacts();
   record.beginImpact();
   count(impact, found);

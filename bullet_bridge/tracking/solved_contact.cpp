@@ -127,8 +127,8 @@ std::span<const ContactPair> ContactReader::pushedPairs(BodyTracker& tracker) {
   return pairs_;
 }
 
-// Of two bodies that can both be moved, the pair's `body` is always the same, however Bullet has
-// them.
+// Adds the pair of a manifold that the solver has acted on. The pair's `body` does not depend on
+// the order in which the manifold has the two.
 void ContactReader::addPushed(const btPersistentManifold& manifold, const TrackedBody* first,
                               const TrackedBody* second) {
   if (first == nullptr || second == nullptr || (first->rests && second->rests)) return;

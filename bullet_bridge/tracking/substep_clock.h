@@ -18,6 +18,7 @@ class SubstepClock {
   void begin(double length) {
     ++number_;
     current_.length = length;
+    isOpen_ = true;
   }
 
   /// Ends the substep. The sum is compensated (Kahan 1965, Commun. ACM 8, 40): the roundings of
@@ -25,6 +26,7 @@ class SubstepClock {
   /// one side.
   void end() {
     previous_ = current_;
+    isOpen_ = false;
     const double step = current_.length + rest_;
     const double next = current_.start + step;
     rest_ = step - (next - current_.start);
@@ -35,11 +37,14 @@ class SubstepClock {
   /// The substep between `begin` and `end`; from `end` on, its start is where the next begins.
   const SubstepTime& current() const { return current_; }
   const SubstepTime& previous() const { return previous_; }
+  /// The substep that was begun last, whether it has ended or not.
+  const SubstepTime& latest() const { return isOpen_ ? current_ : previous_; }
 
  private:
   std::uint64_t number_ = 0;
   SubstepTime current_, previous_;
-  double rest_ = 0.0;  // s, what rounding has left out of current_.start
+  bool isOpen_ = false;  // between `begin` and `end`
+  double rest_ = 0.0;    // s, what rounding has left out of current_.start
 };
 
 }  // namespace carom::bullet

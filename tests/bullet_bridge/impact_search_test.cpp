@@ -71,7 +71,7 @@ Common commonOf(const std::vector<ImpulseEvent>& events, const std::vector<Impul
     times[{other.body, other.other}].push_back(other.time);
   Common common;
   for (const ImpulseEvent& event : events) {
-    // What Bullet never acts on is not looked for.
+    // A search of contacts does not look for impacts that Bullet never acts on.
     if (event.appliedImpulse.isZero(0.0)) continue;
     const double impulse = event.impulse.norm();
     common.all += impulse;
