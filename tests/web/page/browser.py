@@ -105,8 +105,16 @@ class Browser:
         self.open_address(page.resolve().as_uri())
 
     def open_address(self, address):
+        self._load(lambda: self.call("Page.navigate", url=address))
+
+    def load_by(self, script):
+        """Runs a script that loads the page anew, and returns once it is loaded. Chromium answers before the
+        script runs: what it is asked while a page goes away, it refuses."""
+        self._load(lambda: self.run(f"void setTimeout(() => {{ {script} }})"))
+
+    def _load(self, begin):
         self.events = [event for event in self.events if event != "Page.loadEventFired"]
-        self.call("Page.navigate", url=address)
+        begin()
         deadline = time.monotonic() + self.seconds
         while "Page.loadEventFired" not in self.events:
             self._receive(deadline)
