@@ -19,7 +19,7 @@ using Powers = std::array<double, kPowers>;
 using PairPowers = std::array<Powers, kPairs>;
 
 /// Which of the two factors of a product are derivatives.
-enum Slope : std::size_t { kNone, kSecond, kFirst, kBoth };
+enum Derivatives : std::size_t { kNone, kSecond, kFirst, kBoth };
 
 /// Coefficients of the cubic B-splines' pieces in powers of the place from 0 to 1 (de Boor 1978).
 constexpr std::array<std::array<double, kOrder>, kOrder> kPieces = {
@@ -77,7 +77,7 @@ class PairIntegrals {
   /// Calls add(first, second, integral) for all pairs of functions of the cell, where the slopes
   /// say along which axis each is differentiated.
   template <class Add>
-  void forEachPair(const std::array<Slope, 3>& slopes, const Add& add) const {
+  void forEachPair(const std::array<Derivatives, 3>& slopes, const Add& add) const {
     for (std::size_t x = 0; x < kPairs; ++x) {
       for (std::size_t y = 0; y < kPairs; ++y) {
         Powers left;
@@ -107,8 +107,8 @@ class PairIntegrals {
 
 // Which slopes the product of the first's derivative along one axis and the second's along another
 // takes.
-std::array<Slope, 3> slopesOf(std::size_t first, std::size_t second) {
-  std::array<Slope, 3> slopes = {kNone, kNone, kNone};
+std::array<Derivatives, 3> slopesOf(std::size_t first, std::size_t second) {
+  std::array<Derivatives, 3> slopes{};
   if (first == second) {
     slopes[first] = kBoth;
   } else {
@@ -148,7 +148,7 @@ ElementMatrices solidElement(const Vec3& cellSize, const CellMoments& inside,
                         });
   matrices.pull.setZero(kFreedom);
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    std::array<Slope, 3> slopes = {kNone, kNone, kNone};
+    std::array<Derivatives, 3> slopes{};
     slopes[axis] = kFirst;
     const auto along = static_cast<Eigen::Index>(axis);
     const double scale = 2.0 / cellSize[along] * part;

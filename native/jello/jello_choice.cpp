@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -21,7 +22,6 @@ constexpr int kMostHalvings = 6;     ///< halvings of a first step that blows up
 constexpr int kMostRefinements = 2;  ///< rounds of three steps each
 constexpr double kFiner = 16.0;      ///< largest ratio of the finest step tried to the step chosen
 constexpr double kLeastOrder = 0.5;  ///< least order that is believed
-constexpr std::size_t kTrial = 64;   ///< steps in which a method that is followed is tried
 constexpr double kShortest = 0.02;   ///< s, shortest run from which an error is taken
 
 /// Cost of a step in evaluations of all forces; that of backward Euler is measured by `bench
@@ -173,29 +173,142 @@ double stableStep(const JelloLimits& limits, JelloIntegrator integrator) {
   return limits.touching[static_cast<std::size_t>(integrator)];
 }
 
+/// Root mean square distance in m between the points of two steppers.
+double apart(const JelloStepper& one, const JelloStepper& two) {
+  const std::size_t points = one.world().pointCount();
+  double sum = 0.0;
+  for (std::size_t point = 0; point < points; ++point)
+    sum += (one.position(point) - two.position(point)).squaredNorm();
+  return std::sqrt(sum / static_cast<double>(points));
+}
+
+/// Two runs at whole steps of leapfrog, of which one takes three steps where the other takes two.
+///
+/// While errors grow, by the second order, they are 9/4 of each other, so the distance of the runs
+/// is 5/4 of the finer one's error. When what swings is out of phase, both are wrong by about as
+/// much as they are apart: the error no longer grows, whatever the single steps add.
+class PairOfRuns {
+ public:
+  /// `coarse` in s: the longer of the two steps.
+  static Result<PairOfRuns> create(const JelloWorld& jello, const SphereWorld& spheres,
+                                   double coarse) {
+    // What makes the coupling tell when the jello first meets something, and keeps steps whole.
+    constexpr double kAnyError = 1e300;  // m
+    PairOfRuns pair;
+    pair.fineStep_ = coarse * kCoarseSteps / kFineSteps;
+    for (const double step : {coarse, pair.fineStep_}) {
+      auto run = JelloCoupling::create(jello, spheres,
+                                       {JelloIntegrator::leapfrog, step, {kAnyError, 1.0}});
+      if (!run) return run.error();
+      pair.runs_.push_back(*std::move(run));
+    }
+    return pair;
+  }
+
+  /// Runs on to `time` (s), or to the first contact, or until the two are further apart than
+  /// `most` (m). Error: one of them has blown up, or the choice is stopped.
+  Status runTo(double time, double most, const JelloWish& wish) {
+    while (fine().time() < time && !hasMet() && distance_ <= most) {
+      if (isStopped(wish)) return stopped();
+      for (std::size_t run = 0; run < runs_.size(); ++run)
+        for (int step = 0; step < (run == 0 ? kCoarseSteps : kFineSteps); ++step)
+          if (Status stepped = runs_[run].advance(); !stepped) return stepped;
+      if (!hasMet()) distance_ = std::max(distance_, apart(runs_.front().jello(), fine()));
+    }
+    return std::monostate{};
+  }
+
+  bool hasMet() const { return std::isfinite(metAt()); }
+  /// Time in s of the first contact of either run.
+  double metAt() const { return std::min(runs_.front().jello().metAt(), fine().metAt()); }
+  double distance() const { return distance_; }  ///< m, the largest so far
+  double fineStep() const { return fineStep_; }  ///< s
+  const JelloStepper& fine() const { return runs_.back().jello(); }
+  std::size_t evaluations() const {
+    return runs_.front().jello().evaluations() + fine().evaluations();
+  }
+
+ private:
+  static constexpr int kCoarseSteps = 2;  // in the time of kFineSteps of the fine run
+  static constexpr int kFineSteps = 3;
+
+  double fineStep_ = 0.0;
+  double distance_ = 0.0;
+  std::vector<JelloCoupling> runs_;  // the coarse and the fine one
+};
+
 /// A choice of steps that are followed, tried for some of them.
-Result<JelloChoice> tryFollowed(const JelloWorld& jello, const SphereWorld& spheres,
-                                const JelloWish& wish, const JelloStepping& stepping) {
+struct Followed {
+  JelloChoice choice;
+  /// Evaluations for a second where a jello goes on as it begins, once the half of the error is
+  /// spent that is there for where it is needed: no less than the choice's cost.
+  double lasting = 0.0;
+};
+
+/// How far a method that is followed is tried: to whichever end comes first.
+struct TrialLength {
+  std::size_t steps = 64;
+  std::size_t evaluations = std::numeric_limits<std::size_t>::max();
+};
+
+Result<Followed> tryFollowed(const JelloWorld& jello, const SphereWorld& spheres,
+                             const JelloWish& wish, const JelloStepping& stepping,
+                             const TrialLength& trial = {}) {
   Result<JelloCoupling> coupling = JelloCoupling::create(jello, spheres, stepping);
   if (!coupling) return coupling.error();
   const JelloStepper& stepper = coupling->jello();
-  const auto run = [&](std::size_t steps) -> Status {
-    for (std::size_t taken = 0; taken < steps && coupling->time() < wish.seconds; ++taken) {
+  const auto runTo = [&](std::size_t steps, std::size_t evaluations) -> Status {
+    do {
       if (isStopped(wish)) return stopped();
       if (Status stepped = coupling->advance(); !stepped) return stepped;
-    }
+    } while (stepper.steps() < steps && stepper.evaluations() < evaluations &&
+             coupling->time() < wish.seconds);
     return std::monostate{};
   };
   // A jello that is let go is at its stiffest first: the cost is that of the second half.
-  if (const Status begun = run(kTrial / 2); !begun) return begun.error();
+  if (const Status begun = runTo(trial.steps / 2, trial.evaluations / 2); !begun)
+    return begun.error();
   const double begin = std::min(stepper.time(), wish.seconds - stepper.step());
   const auto before = static_cast<double>(stepper.evaluations());
-  if (const Status ended = run(kTrial / 2); !ended) return ended.error();
+  const double errorBefore = stepper.followedError();
+  if (const Status ended = runTo(trial.steps, trial.evaluations); !ended) return ended.error();
   const double spent = static_cast<double>(stepper.evaluations()) - before;
-  JelloChoice choice{.stepping = stepping, .error = wish.error};
-  choice.cost = spent / std::max(stepper.step(), stepper.time() - begin);
+  const double seconds = std::max(stepper.step(), stepper.time() - begin);
+  JelloChoice choice{.stepping = stepping, .error = wish.error, .spent = stepper.evaluations()};
+  choice.cost = spent / seconds;
   if (!stepper.isKept())
     choice.error = std::max(wish.error, stepper.followedError() * wish.seconds / stepper.time());
+  const double evenly = 0.5 * wish.error * seconds / wish.seconds;
+  const double finer = std::pow((stepper.followedError() - errorBefore) / evenly,
+                                1.0 / static_cast<double>(orderOf(stepping.integrator)));
+  return Followed{choice, choice.cost * std::max(1.0, finer)};
+}
+
+/// Returns the choice of whole steps in the place of steps that are followed, where they will do
+/// and take less, and the followed ones otherwise; `step` in s: the longest.
+Result<JelloChoice> tryWholeInstead(const JelloWorld& jello, const SphereWorld& spheres,
+                                    const JelloWish& wish, const Followed& followed, double step) {
+  constexpr double kTrusted = 0.8;  // of the wish: when out of phase, a distance is no bound
+  const double most = kTrusted * wish.error;
+  Result<PairOfRuns> pair = PairOfRuns::create(jello, spheres, step);
+  if (!pair) return pair.error();
+  constexpr double kPilot = 0.4;  // of the run
+  const double pilot = kPilot * std::min(wish.seconds, kPilotSeconds);
+  if (const Status begun = pair->runTo(0.5 * pilot, most, wish); !begun) return begun.error();
+  const double before = pair->distance();
+  if (const Status ended = pair->runTo(pilot, most, wish); !ended) return ended.error();
+  JelloChoice choice = followed.choice;
+  choice.spent += pair->evaluations();
+  // Over each doubling of the time to come it grows at most as it grew over the last.
+  const double growth = pair->hasMet() || !(before > 0.0) ? 1.0 : pair->distance() / before;
+  const double expected =
+      pair->distance() * std::pow(growth, std::log2(std::max(1.0, wish.seconds / pilot)));
+  const double met = std::min(pair->metAt(), wish.seconds);
+  const double ofFollowed = followed.lasting * met + (wish.seconds - met) / step;
+  if (expected > most || wish.seconds / pair->fineStep() >= ofFollowed) return choice;
+  choice.stepping = {JelloIntegrator::leapfrog, pair->fineStep()};
+  choice.error = wish.error;
+  choice.cost = 1.0 / pair->fineStep();
   return choice;
 }
 
@@ -203,22 +316,48 @@ Result<JelloChoice> chooseFollowed(const JelloWorld& jello, const SphereWorld& s
                                    const JelloWish& wish, const JelloLimits& limits) {
   const double stable = stableStep(limits, JelloIntegrator::leapfrog);
   const double step = std::min({kOfLimit * stable, kCoarsest, wish.seconds});
-  std::optional<JelloChoice> best;
+  std::optional<Followed> best;
+  std::size_t spent = 0;
   Error fault;
   for (const JelloIntegrator integrator :
        {JelloIntegrator::leapfrog, JelloIntegrator::rungeKutta4}) {
-    Result<JelloChoice> choice =
+    const Result<Followed> followed =
         tryFollowed(jello, spheres, wish, {integrator, step, {wish.error, wish.seconds}});
-    if (!choice) {
-      fault = choice.error();
+    if (!followed) {
+      fault = followed.error();
       continue;
     }
-    const bool isBetter = !best || choice->error < best->error ||
-                          (choice->error == best->error && choice->cost < best->cost);
-    if (isBetter) best = *choice;
+    const JelloChoice& choice = followed->choice;
+    spent += choice.spent;
+    const bool isBetter = !best || choice.error < best->choice.error ||
+                          (choice.error == best->choice.error && choice.cost < best->choice.cost);
+    if (isBetter) best = *followed;
   }
   if (!best) return fault;
-  return *best;
+  // What damps is gone after a while, and then steps that are followed cost little: so it is looked
+  // again, further on.
+  constexpr double kDear = 2.5;      // times whole steps
+  constexpr double kFurther = 0.05;  // of the run
+  constexpr double kWork = 0.25;     // of that of whole steps
+  best->choice.spent = spent;
+  if (best->lasting * step <= kDear) return best->choice;
+  const double steps = std::ceil(std::min(wish.seconds, kPilotSeconds) / step);
+  const TrialLength further{
+      .steps = std::max(TrialLength{}.steps, static_cast<std::size_t>(kFurther * steps)),
+      .evaluations = static_cast<std::size_t>(kWork * steps)};
+  if (further.evaluations > best->choice.spent) {
+    const Result<Followed> again =
+        tryFollowed(jello, spheres, wish, best->choice.stepping, further);
+    if (!again) return best->choice;
+    spent += again->choice.spent;
+    best = *again;
+    best->choice.spent = spent;
+  }
+  if (best->lasting * step <= kDear) return best->choice;
+  Result<JelloChoice> choice = tryWholeInstead(jello, spheres, wish, *best, step);
+  // A jello that blows up at whole steps is followed.
+  if (!choice && !isStopped(wish)) return best->choice;
+  return choice;
 }
 
 /// Time in s up to which a way can be compared: to the first contact, at least kShortest.

@@ -90,6 +90,73 @@ TEST(JelloChoice, WhatCannotBeKeptIsNotPromised) {
   EXPECT_GT(choice->error, 1e-15);
 }
 
+/// A jello that nothing damps, whose points are up to `size` (m) off their places of rest.
+JelloWorld shaken(double size) {
+  JelloWorld world = stretched(0.0);
+  world.positions = restingPoints(world.lattice, Vec3::Zero());
+  double turn = 0.0;
+  for (Vec3& point : world.positions)
+    for (double& coordinate : point)
+      coordinate += size * std::sin(turn += 2.4);  // by about the golden angle each
+  return world;
+}
+
+/// Evaluations that a run of leapfrog takes at 90 % of its stable step.
+double evaluationsOfWholeSteps(const JelloWorld& world, double seconds) {
+  return seconds /
+         (0.9 * jelloLimits(world).touching[static_cast<std::size_t>(JelloIntegrator::leapfrog)]);
+}
+
+// Where what swings is out of phase, errors do not grow: whole steps keep a promise that steps
+// which are followed keep with far more of them.
+TEST(JelloChoice, WhatIsOutOfPhaseTakesWholeSteps) {
+  constexpr double kSeconds = 10.0;
+  const JelloWorld world = shaken(1e-3);
+  const auto choice = chooseStepping(world, {}, {.error = 3e-3, .seconds = kSeconds});
+  ASSERT_TRUE(choice);
+  EXPECT_EQ(choice->stepping.promise.error, 0.0);
+  EXPECT_EQ(choice->error, 3e-3);
+  EXPECT_LT(errorOf(world, choice->stepping, kSeconds), 3e-3);
+  const double whole = evaluationsOfWholeSteps(world, kSeconds);
+  EXPECT_LT(static_cast<double>(choice->spent) + kSeconds * choice->cost, 3.0 * whole);
+  // Followed, the same jello takes more than twice as many evaluations for the run alone.
+  JelloStepper followed =
+      *JelloStepper::create(world, JelloIntegrator::leapfrog, kSeconds / std::ceil(whole));
+  followed.follow({3e-3, kSeconds});
+  while (followed.time() < kSeconds)
+    ASSERT_TRUE(followed.advance());
+  EXPECT_GT(static_cast<double>(followed.evaluations()), 2.0 * kSeconds * choice->cost);
+}
+
+// A tenth of the way that what swings goes is not kept by whole steps, however long they are tried.
+TEST(JelloChoice, WhatIsOutOfPhaseIsFollowedWhereTheWishIsFiner) {
+  constexpr double kSeconds = 4.0;
+  const JelloWorld world = shaken(1e-3);
+  const auto choice = chooseStepping(world, {}, {.error = 1e-4, .seconds = kSeconds});
+  ASSERT_TRUE(choice);
+  EXPECT_EQ(choice->stepping.promise.error, 1e-4);
+  EXPECT_LT(errorOf(world, choice->stepping, kSeconds), 1e-4);
+}
+
+// At rest, leapfrog's two accelerations are the same, which once hid the error of its first step;
+// and Runge-Kutta's estimate was a third of what came.
+TEST(JelloChoice, WhatIsLetGoAtRestIsFollowedFromItsFirstStepOn) {
+  const JelloWorld world = shaken(1e-3);
+  const double step = 1.0 / std::ceil(evaluationsOfWholeSteps(world, 1.0));
+  for (const JelloIntegrator integrator : {JelloIntegrator::leapfrog, JelloIntegrator::rungeKutta4})
+    for (const double wanted : {2e-3, 2e-4, 2e-5})
+      EXPECT_LT(errorOf(world, {integrator, step, {wanted, 1.0}}, 1.0), wanted)
+          << nameOf(integrator) << ", " << wanted;
+}
+
+// What damps costs little after a while, which a look at its first steps does not tell.
+TEST(JelloChoice, WhatDampsIsFollowed) {
+  const auto choice = chooseStepping(stretched(), {}, {.error = 1e-3, .seconds = 40.0});
+  ASSERT_TRUE(choice);
+  EXPECT_EQ(choice->stepping.promise.error, 1e-3);
+  EXPECT_LT(static_cast<double>(choice->spent), evaluationsOfWholeSteps(stretched(), 40.0));
+}
+
 /// A jello that falls on a floor, 0.1 m below it.
 JelloWorld falling() {
   JelloWorld world = stretched();
