@@ -316,44 +316,43 @@ Result<JelloChoice> chooseFollowed(const JelloWorld& jello, const SphereWorld& s
                                    const JelloWish& wish, const JelloLimits& limits) {
   const double stable = stableStep(limits, JelloIntegrator::leapfrog);
   const double step = std::min({kOfLimit * stable, kCoarsest, wish.seconds});
-  std::optional<Followed> best;
   std::size_t spent = 0;
-  Error fault;
-  for (const JelloIntegrator integrator :
-       {JelloIntegrator::leapfrog, JelloIntegrator::rungeKutta4}) {
-    const Result<Followed> followed =
-        tryFollowed(jello, spheres, wish, {integrator, step, {wish.error, wish.seconds}});
-    if (!followed) {
-      fault = followed.error();
-      continue;
+  const auto tryBoth = [&](const TrialLength& length,
+                           double (*costOf)(const Followed&)) -> Result<Followed> {
+    Result<Followed> best = Error{};
+    for (const JelloIntegrator integrator :
+         {JelloIntegrator::leapfrog, JelloIntegrator::rungeKutta4}) {
+      Result<Followed> followed =
+          tryFollowed(jello, spheres, wish, {integrator, step, {wish.error, wish.seconds}}, length);
+      if (followed) spent += followed->choice.spent;
+      const bool isBetter = !best || (followed && (followed->choice.error < best->choice.error ||
+                                                   (followed->choice.error == best->choice.error &&
+                                                    costOf(*followed) < costOf(*best))));
+      if (isBetter) best = std::move(followed);
     }
-    const JelloChoice& choice = followed->choice;
-    spent += choice.spent;
-    const bool isBetter = !best || choice.error < best->choice.error ||
-                          (choice.error == best->choice.error && choice.cost < best->choice.cost);
-    if (isBetter) best = *followed;
-  }
-  if (!best) return fault;
+    if (best) best->choice.spent = spent;
+    return best;
+  };
+  constexpr double kDear = 2.5;  // times whole steps
+  Result<Followed> best =
+      tryBoth({}, [](const Followed& followed) { return followed.choice.cost; });
+  if (!best) return best.error();
+  if (best->lasting * step <= kDear) return best->choice;
   // What damps is gone after a while, and then steps that are followed cost little: so it is looked
   // again, further on.
-  constexpr double kDear = 2.5;      // times whole steps
   constexpr double kFurther = 0.05;  // of the run
-  constexpr double kWork = 0.25;     // of that of whole steps
-  best->choice.spent = spent;
-  if (best->lasting * step <= kDear) return best->choice;
+  constexpr double kWork = 0.2;      // of that of whole steps
   const double steps = std::ceil(std::min(wish.seconds, kPilotSeconds) / step);
   const TrialLength further{
       .steps = std::max(TrialLength{}.steps, static_cast<std::size_t>(kFurther * steps)),
       .evaluations = static_cast<std::size_t>(kWork * steps)};
-  if (further.evaluations > best->choice.spent) {
+  if (further.evaluations > spent) {
     const Result<Followed> again =
-        tryFollowed(jello, spheres, wish, best->choice.stepping, further);
+        tryBoth(further, [](const Followed& followed) { return followed.lasting; });
     if (!again) return best->choice;
-    spent += again->choice.spent;
-    best = *again;
-    best->choice.spent = spent;
+    best = again;
+    if (best->lasting * step <= kDear) return best->choice;
   }
-  if (best->lasting * step <= kDear) return best->choice;
   Result<JelloChoice> choice = tryWholeInstead(jello, spheres, wish, *best, step);
   // A jello that blows up at whole steps is followed.
   if (!choice && !isStopped(wish)) return best->choice;

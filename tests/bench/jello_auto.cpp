@@ -30,9 +30,9 @@ constexpr const char* kHelp =
     "library:\n"
     "the error of places up to the first contact, that of the energy after it, third octaves of "
     "the\n"
-    "force on the jello after it, evaluations of all forces and run time. With --short, the first "
-    "tenth\n"
-    "of a second of each.\n";
+    "force on the jello after it, evaluations of all forces (of the choice too) and run time. With "
+    "--short,\n"
+    "the first tenth of a second of each.\n";
 
 /// The jello and the spheres of a scene of the library, and how long it is run.
 struct Case {
@@ -177,16 +177,18 @@ void printCase(const Case& one) {
       std::printf("  auto %g: %s\n", wished, choice.error().message.c_str());
       continue;
     }
-    const auto run = runOf(one, choice->stepping);
+    auto run = runOf(one, choice->stepping);
     if (!run) {
       std::printf("  auto %g: blew up\n", wished);
       continue;
     }
+    run->evaluations += choice->spent;
     char name[64];
     std::snprintf(name, sizeof name, "auto %g", wished);
     printRow(name, choice->stepping.step, *run, *reference, one, followed->metAt);
-    std::printf("    %s, promised %.2e, estimated %.2e; choosing took %.3f s\n",
-                nameOf(choice->stepping.integrator), choice->error, run->error, spent);
+    std::printf("    %s, promised %.2e, estimated %.2e; choosing took %zu of the forces, %.3f s\n",
+                nameOf(choice->stepping.integrator), choice->error, run->error, choice->spent,
+                spent);
   }
   for (std::size_t which = 0; which < kJelloIntegrators; ++which) {
     const auto integrator = static_cast<JelloIntegrator>(which);
