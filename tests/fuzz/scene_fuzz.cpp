@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <filesystem>
 #include <memory>
 #include <string_view>
 #include <variant>
@@ -96,10 +97,14 @@ void requireSound(const carom::scenes::Scene& scene) {
 
 }  // namespace
 
-/// Requires that any bytes give either a sound scene or an error with a message.
+/// Requires that any bytes give either a sound scene or an error with a message. The files that a
+/// scene may name are those of tests/fuzz/scene_files.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view text(reinterpret_cast<const char*>(data), size);
-  const auto scene = carom::scenes::parseScene(text, "fuzz.json");
+  const auto scene = carom::scenes::parseScene(
+      text, "fuzz.json",
+      {.confined = true,
+       .folder = std::filesystem::path(CAROM_SOURCE_DIR) / "tests/fuzz/scene_files"});
   if (scene) {
     requireSound(*scene);
   } else {
