@@ -109,7 +109,7 @@ void requireSound(const ImpulseEvent& event) {
 
 /// Events after which a run is ended, as by --max-events: a chain of rods that rattles between
 /// walls has hundreds of thousands, of some 20 us each, and sanitizers take ten times that.
-constexpr std::uint64_t kMostEvents = 20'000;
+constexpr std::uint64_t kMostEvents = 5'000;
 
 /// Runs a tenth of a second of mechanics and sound.
 void run(const scenes::Scene& scene) {
