@@ -59,6 +59,12 @@ int axisOf(const Vec3& normal, int before) {
   return static_cast<int>(nearest);
 }
 
+/// True for a place that a path can have: a host's may be finite, and overflow where it is turned.
+bool isPlace(const Vec3& point) {
+  constexpr double kFarthest = 1e12;  // m
+  return point.norm() <= kFarthest;
+}
+
 /// Projects a point onto the plane across the normal, with axes turned as little as possible from
 /// those across `axis`. A ball's surface is unrolled instead, so that lengths stay along the great
 /// circles through its pole.
@@ -267,9 +273,14 @@ void ContactDrive::addPush(const Scan& scan, double duration) {
 /// Follows the contact to where it is in the step; false if nothing moves.
 bool ContactDrive::begin(const Step& step) {
   double farthest = 0.0;
-  for (const ScannedSurface& surface : step.surfaces)
-    if (surface.texture != nullptr)
-      farthest = std::max(farthest, (surface.to - surface.from).norm());
+  for (const ScannedSurface& surface : step.surfaces) {
+    if (surface.texture == nullptr) continue;
+    if (!isPlace(surface.from) || !isPlace(surface.to)) {
+      restart();
+      return false;
+    }
+    farthest = std::max(farthest, (surface.to - surface.from).norm());
+  }
   const double fastest = farthest / step.duration;
   if (!(fastest >= (sounds_ ? 0.5 : 1.0) * kSlowest) || fastest > kFastest) {
     restart();

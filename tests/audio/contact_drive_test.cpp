@@ -308,6 +308,23 @@ TEST(ContactDrive, ALoadThatIsTooLargeBeginsAnew) {
   EXPECT_FALSE(nodes.empty());
 }
 
+// The way of one side that is no number stood behind that of the other, in the larger of the two.
+TEST(ContactDrive, APathThatIsNoNumberBeginsAnew) {
+  const SurfaceTexture texture = waves(0.1F);
+  for (const double strange :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e200}) {
+    ContactDrive drive;
+    std::vector<PulseNode> nodes;
+    drive.advance(slideAlong(texture, 0.0, 1.0, 0.01), nodes);
+    ASSERT_FALSE(nodes.empty());
+    ContactDrive::Step step = slideAlong(texture, 0.01, 1.0, 0.01);
+    step.surfaces[0] = step.surfaces[1];
+    step.surfaces[1].from.x() = step.surfaces[1].to.x() = strange;
+    drive.advance(step, nodes);
+    EXPECT_TRUE(nodes.empty()) << strange;
+  }
+}
+
 TEST(ContactDrive, AnyHistoryStaysBounded) {
   const SurfaceTexture rough = *SurfaceTexture::rough({1e-3, 1e-3, 0.5}, 3);
   Random random(4);

@@ -117,9 +117,48 @@ class Host {
   double time_ = 0.0;  // s
 };
 
-void call(FuzzNumbers& numbers) {
-  auto sound = EventSound::create(smallSettings(numbers));
-  require(static_cast<bool>(sound));
+/// Settings that are no usual ones, or none that a sound takes; those from 8 on change nothing.
+void vary(SoundSettings& settings, unsigned which) {
+  switch (which) {
+    case 0:
+      settings.level = Level::automatic;
+      return;
+    case 1:
+      settings.limiter.emplace();
+      settings.fullScale = 0.01;
+      return;
+    case 2:
+      settings.clock = SoundClock::simulation;
+      return;
+    case 3:
+      settings.listeners.assign(2, SoundSettings::defaultListener());
+      for (Listener& listener : settings.listeners)
+        listener.format = ListenerFormat::mono;
+      return;
+    case 4:
+      settings.latency = std::nan("");
+      return;
+    case 5:
+      settings.fullScale = 1e-320;
+      return;
+    case 6:
+      settings.budget.voices = 0;
+      return;
+    case 7:
+      settings.budget.longestContact = 2.0;
+      return;
+    default:
+      return;
+  }
+}
+
+void call(FuzzNumbers& numbers, unsigned variation) {
+  SoundSettings settings = smallSettings(numbers);
+  vary(settings, variation);
+  auto sound = EventSound::create(settings);
+  require(sound || !sound.error().message.empty());
+  require(static_cast<bool>(sound) == (variation < 4 || variation > 7));
+  if (!sound) return;
   const bool isPulled = numbers.chance(200);
   if (isPulled) require(static_cast<bool>(sound->prepareRendering(kRate)));
   Host host(*sound, numbers);
@@ -143,6 +182,7 @@ void call(FuzzNumbers& numbers) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   carom::fuzz::keepTables();
   carom::fuzz::FuzzNumbers numbers({data, size});
-  carom::fuzz::call(numbers);
+  // The last byte, of which few of the calls depend, says how the settings differ from usual ones.
+  carom::fuzz::call(numbers, size == 0 ? 0xFFU : (0xFFU - data[size - 1]) / 8U);
   return 0;
 }
