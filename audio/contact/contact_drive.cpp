@@ -71,7 +71,7 @@ bool isPlace(const Vec3& point) {
 Vec2 projected(const ScannedSurface& surface, const Vec3& point, int axis) {
   const int first = (axis + 1) % 3;
   const int second = (axis + 2) % 3;
-  if (surface.ballRadius > 0.0) {
+  if (surface.ballRadius > 0.0 && std::isfinite(surface.ballRadius)) {
     const double height = std::abs(point[axis]);
     return surface.ballRadius *
            Vec2(std::atan2(point[first], height), std::atan2(point[second], height));

@@ -23,7 +23,7 @@ struct ScannedSurface {
   Vec3 from = Vec3::Zero();     ///< m, frame of its body: begin of the contact point's path
   Vec3 to = Vec3::Zero();       ///< m, frame of its body: end of the path
   Vec3 normal = Vec3::UnitZ();  ///< unit, frame of its body: selects the axis of projection
-  double ballRadius = 0.0;      ///< m, if the body is a ball about its origin; 0 otherwise
+  double ballRadius = 0.0;  ///< m, if the body is a ball about its origin; otherwise 0 or infinite
 };
 
 /// Turns the path of a contact over two bumpy surfaces into the impulses that make the bodies

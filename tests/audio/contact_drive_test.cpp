@@ -308,6 +308,23 @@ TEST(ContactDrive, ALoadThatIsTooLargeBeginsAnew) {
   EXPECT_FALSE(nodes.empty());
 }
 
+// A ground without a shape has an infinite radius.
+TEST(ContactDrive, ABallOfInfiniteRadiusIsFlat) {
+  const SurfaceTexture texture = waves(0.1F);
+  ContactDrive drive;
+  ContactDrive flat;
+  std::vector<PulseNode> nodes;
+  std::vector<PulseNode> expected;
+  ContactDrive::Step step = slideAlong(texture, 0.0, 1.0, 0.01);
+  flat.advance(step, expected);
+  step.surfaces[1].ballRadius = std::numeric_limits<double>::infinity();
+  drive.advance(step, nodes);
+  ASSERT_FALSE(expected.empty());
+  ASSERT_EQ(nodes.size(), expected.size());
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    EXPECT_EQ(nodes[i].weight, expected[i].weight) << i;
+}
+
 // The way of one side that is no number stood behind that of the other, in the larger of the two.
 TEST(ContactDrive, APathThatIsNoNumberBeginsAnew) {
   const SurfaceTexture texture = waves(0.1F);
