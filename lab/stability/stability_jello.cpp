@@ -408,7 +408,7 @@ Measurements choiceAtAWall(StabilityForm form) {
     double best = std::numeric_limits<double>::infinity();
     for (const Way& other : fixed)
       if (other.error <= wish) best = std::min(best, other.evaluations);
-    work.add(way.evaluations / best);
+    work.add((way.evaluations + static_cast<double>(choice.spent)) / best);
   }
   return {atMost("error_over_that_promised", error.value(), 1.0),
           atMost("work_over_that_of_the_best_fixed_choice", work.value(), 3.0),
