@@ -39,8 +39,8 @@ double evaluationsOf(JelloIntegrator integrator) {
   }
 }
 
-/// Largest number of evaluations of the force on a point that the three runs at whole steps may
-/// take: some minutes on one core.
+/// Largest number of evaluations of the force on a point that runs at whole steps may take for a
+/// choice: some minutes on one core.
 constexpr double kMostWork = 1e10;
 
 /// Largest number of points that a run keeps: lattices of 64^3 and more would not fit into memory
@@ -290,10 +290,13 @@ Result<JelloChoice> tryWholeInstead(const JelloWorld& jello, const SphereWorld& 
                                     const JelloWish& wish, const Followed& followed, double step) {
   constexpr double kTrusted = 0.8;  // of the wish: when out of phase, a distance is no bound
   const double most = kTrusted * wish.error;
-  Result<PairOfRuns> pair = PairOfRuns::create(jello, spheres, step);
-  if (!pair) return pair.error();
   constexpr double kPilot = 0.4;  // of the run
   const double pilot = kPilot * std::min(wish.seconds, kPilotSeconds);
+  constexpr double kBothRuns = 2.5;  // times the steps of the coarse one
+  if (kBothRuns * pilot / step * static_cast<double>(jello.pointCount()) > kMostWork)
+    return followed.choice;
+  Result<PairOfRuns> pair = PairOfRuns::create(jello, spheres, step);
+  if (!pair) return pair.error();
   if (const Status begun = pair->runTo(0.5 * pilot, most, wish); !begun) return begun.error();
   const double before = pair->distance();
   if (const Status ended = pair->runTo(pilot, most, wish); !ended) return ended.error();
