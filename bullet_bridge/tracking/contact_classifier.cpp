@@ -326,7 +326,7 @@ const FoundImpact* ContactClassifier::find(const PairMotion& now, const Proximit
   const ContactPair& pair = now.pair();
   const ImpactFinder::Substep substep{context_.clock.current().length, leastSpeed(pair, record)};
   if (fastestApproach(pair) <= substep.restSpeed) return nullptr;
-  // Of a pair without a record, the substep before has been searched already: see beginBefore.
+  // For a pair without a record, beginBefore has searched the previous substep already.
   const bool looksBack =
       waitsForSolver() && record != nullptr && (!record->isInContact() || pair.isClosedForm());
   const FoundImpact* found = search(now, start, solved, substep, looksBack);

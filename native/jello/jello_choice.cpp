@@ -173,6 +173,9 @@ double stableStep(const JelloLimits& limits, JelloIntegrator integrator) {
   return limits.touching[static_cast<std::size_t>(integrator)];
 }
 
+/// A promise of any error: steps stay whole, and the jello's first contact is noticed.
+constexpr JelloPromise kAnyError = {std::numeric_limits<double>::infinity(), 1.0};
+
 /// Root mean square distance in m between the points of two steppers.
 double apart(const JelloStepper& one, const JelloStepper& two) {
   const std::size_t points = one.world().pointCount();
@@ -192,13 +195,11 @@ class PairOfRuns {
   /// `coarse` in s: the longer of the two steps.
   static Result<PairOfRuns> create(const JelloWorld& jello, const SphereWorld& spheres,
                                    double coarse) {
-    // What makes the coupling tell when the jello first meets something, and keeps steps whole.
-    constexpr double kAnyError = 1e300;  // m
     PairOfRuns pair;
     pair.fineStep_ = coarse * kCoarseSteps / kFineSteps;
     for (const double step : {coarse, pair.fineStep_}) {
-      auto run = JelloCoupling::create(jello, spheres,
-                                       {JelloIntegrator::leapfrog, step, {kAnyError, 1.0}});
+      auto run =
+          JelloCoupling::create(jello, spheres, {JelloIntegrator::leapfrog, step, kAnyError});
       if (!run) return run.error();
       pair.runs_.push_back(*std::move(run));
     }
@@ -341,8 +342,8 @@ Result<JelloChoice> chooseFollowed(const JelloWorld& jello, const SphereWorld& s
       tryBoth({}, [](const Followed& followed) { return followed.choice.cost; });
   if (!best) return best.error();
   if (best->lasting * step <= kDear) return best->choice;
-  // What damps is gone after a while, and then steps that are followed cost little: so it is looked
-  // again, further on.
+  // Swings that are damped are gone after a while, and steps that are followed cost little then: so
+  // both methods are tried again, for a longer part of the run.
   constexpr double kFurther = 0.05;  // of the run
   constexpr double kWork = 0.2;      // of that of whole steps
   const double steps = std::ceil(std::min(wish.seconds, kPilotSeconds) / step);
@@ -367,10 +368,9 @@ double comparableTime(const JelloWorld& jello, const SphereWorld& spheres, const
                       const JelloLimits& limits) {
   const double longest = std::min(wish.seconds, kPilotSeconds);
   const double step = std::min(kOfLimit * stableStep(limits, JelloIntegrator::leapfrog), kCoarsest);
-  constexpr double kAnyError = 1e300;  // m
   if (!(step > 0.0)) return longest;
-  auto coupling = JelloCoupling::create(jello, spheres,
-                                        {JelloIntegrator::leapfrog, step, {kAnyError, longest}});
+  auto coupling =
+      JelloCoupling::create(jello, spheres, {JelloIntegrator::leapfrog, step, kAnyError});
   if (!coupling) return longest;
   while (coupling->time() < longest && std::isinf(coupling->jello().metAt()))
     if (isStopped(wish) || !coupling->advance()) return longest;

@@ -36,7 +36,7 @@ struct JelloChoice {
 /// contact is energy and spectrum, not the way: contacts multiply what differs. Steps are whole
 /// from there on.
 ///
-/// Where dividing costs more than three times as much as whole steps, it is tried whether these do:
+/// Where dividing costs more than 2.5 times as much as whole steps, it is tried whether these do:
 /// what swings undamped gets out of phase, and its error, which then no longer grows, is added up
 /// by steps that are followed all the same. Two runs at whole steps, of 90 and of 60 % of the
 /// stable one, are compared over two fifths of the run, or of kPilotSeconds; if their distance

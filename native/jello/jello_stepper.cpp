@@ -468,7 +468,7 @@ void JelloStepper::follow(const JelloPromise& promise) {
   // A jello that is let go at rest is in the middle of the first part where it was at its begin:
   // the two accelerations are the same, and tell nothing of the part's error. So it has to be
   // short.
-  parts_ = kMostParts;
+  if (std::isfinite(promise.error)) parts_ = kMostParts;
 }
 
 void JelloStepper::beginTouches() {

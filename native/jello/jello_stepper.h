@@ -18,7 +18,9 @@ namespace carom::native {
 
 /// The error that a run may have by its end; see JelloStepper::follow.
 struct JelloPromise {
-  double error = 0.0;    ///< m, >= 0, root mean square over the points; 0: nothing is promised
+  /// m, >= 0, root mean square over the points; 0: nothing is promised. Infinite: any error will
+  /// do, so that steps are whole, and the first contact is noticed all the same.
+  double error = 0.0;
   double seconds = 0.0;  ///< s, duration of the run
 };
 

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 #include <ctime>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -157,9 +158,9 @@ void printCase(const Case& one) {
   };
   const auto reference =
       runOf(one, {JelloIntegrator::rungeKutta4, limitOf(JelloIntegrator::rungeKutta4) / 16.0});
-  const auto followed = runOf(
-      one,
-      {JelloIntegrator::leapfrog, 0.2 * limitOf(JelloIntegrator::leapfrog), {1e300, one.seconds}});
+  const auto followed = runOf(one, {JelloIntegrator::leapfrog,
+                                    0.2 * limitOf(JelloIntegrator::leapfrog),
+                                    {std::numeric_limits<double>::infinity(), one.seconds}});
   if (!reference || !followed) {
     std::printf("%s: blew up\n", one.name.c_str());
     return;

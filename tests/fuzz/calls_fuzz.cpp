@@ -182,7 +182,7 @@ void call(FuzzNumbers& numbers, unsigned variation) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   carom::fuzz::keepTables();
   carom::fuzz::FuzzNumbers numbers({data, size});
-  // The last byte, of which few of the calls depend, says how the settings differ from usual ones.
+  // The last byte, on which few calls depend, says how the settings differ from usual ones.
   carom::fuzz::call(numbers, size == 0 ? 0xFFU : (0xFFU - data[size - 1]) / 8U);
   return 0;
 }

@@ -150,7 +150,7 @@ TEST(JelloChoice, WhatIsLetGoAtRestIsFollowedFromItsFirstStepOn) {
           << nameOf(integrator) << ", " << wanted;
 }
 
-// What damps costs little after a while, which a look at its first steps does not tell.
+// Jello whose swings are damped costs little after a while, which its first steps do not tell.
 TEST(JelloChoice, WhatDampsIsFollowed) {
   const auto choice = chooseStepping(stretched(), {}, {.error = 1e-3, .seconds = 40.0});
   ASSERT_TRUE(choice);
