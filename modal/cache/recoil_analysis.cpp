@@ -20,12 +20,10 @@ using namespace modal;
 namespace {
 
 /// Raised whenever a recoil gets other numbers than before.
-constexpr std::uint64_t kRecoilVersion = 1;
+constexpr std::uint64_t kRecoilVersion = 2;
 
-}  // namespace
-
-Result<RigidRecoil> analyseRecoil(const SurfaceMesh& surface, ModelCache* cache,
-                                  const Progress& progress) {
+Result<RigidRecoil> recoilOf(const SurfaceMesh& surface, ModelCache* cache, std::size_t threads,
+                             const Progress& progress) {
   ModelKey key;
   key.add("recoil").add(kRecoilVersion).add(surface);
   if (cache != nullptr)
@@ -37,17 +35,25 @@ Result<RigidRecoil> analyseRecoil(const SurfaceMesh& surface, ModelCache* cache,
     if (std::optional<RigidRecoil> known = cache->findRecoil(key)) return *std::move(known);
   const Result<RigidRadiator> low = panelRadiator(surface);
   if (!low) return low.error();
-  const Result<RecoilSamples> samples = sampleRecoil(surface, {}, progress);
+  const Result<RecoilSamples> samples = sampleRecoil(surface, {.threads = threads}, progress);
   if (!samples) return samples.error();
   RigidRecoil recoil = fitRecoil(*samples, *low);
   if (cache != nullptr) (void)cache->storeRecoil(key, recoil);
   return recoil;
 }
 
+}  // namespace
+
+Result<RigidRecoil> analyseRecoil(const SurfaceMesh& surface, ModelCache* cache,
+                                  const Progress& progress) {
+  return recoilOf(surface, cache, 0, progress);
+}
+
 RecoilSolver recoilSolver(std::filesystem::path cacheFolder) {
   const auto cache = std::make_shared<ModelCache>(std::move(cacheFolder));
   return [cache](const SurfaceMesh& surface, const std::function<bool()>& goesOn) {
-    return analyseRecoil(surface, cache.get(), [&](std::string_view, double) { return goesOn(); });
+    // A host plays meanwhile: its processors are its own.
+    return recoilOf(surface, cache.get(), 1, [&](std::string_view, double) { return goesOn(); });
   };
 }
 

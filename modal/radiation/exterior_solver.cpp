@@ -28,6 +28,9 @@ constexpr unsigned kCandidates = 600;
 // near, as their difference is what counts.
 constexpr double kNear = 8.37;
 constexpr double kPointsSpread = 0.75;  // spread of an equation's points, over that of their panel
+constexpr int kMostRounds = 8;          // of refining a solution
+constexpr double kLeastGain = 0.25;     // of a round: the next change over the last
+constexpr double kNoChange = 1e-10;     // of a solution
 constexpr double kFirstResonance = std::numbers::pi / 2.0;  // k times the radius of a ball inside
 
 // Returns a number of Halton's sequence, which is even in any number, and the same each time.
@@ -273,12 +276,39 @@ struct ExteriorSolver::Equations {
     const Eigen::Index count = matrix.cols();
     const Eigen::Index inside = matrix.rows() - count;
     matrix.diagonal().array() += 0.5;
-    if (inside == 0) return matrix.partialPivLu().solve(right);
+    if (inside == 0) return solution([](const auto& whole) { return whole.partialPivLu(); });
     // All points inside together get as much weight as all panels.
     const double weight = std::sqrt(static_cast<double>(count) / static_cast<double>(inside));
     matrix.bottomRows(inside) *= weight;
     right.bottomRows(inside) *= weight;
-    return matrix.householderQr().solve(right);
+    return solution([](const auto& whole) { return whole.householderQr(); });
+  }
+
+ private:
+  // Solves with a factorisation in single precision, which takes half of the time, and improves the
+  // solution by its residual: each round gains as many digits as the factorisation has, less those
+  // of the matrix's condition. Where it has none left, one in double precision is made after all.
+  template <class Factorise>
+  Eigen::MatrixXcd solution(const Factorise& factorise) const {
+    const double scale = right.cwiseAbs().maxCoeff();
+    if (!(scale > 0.0 && std::isfinite(scale)))
+      return right.topRows(matrix.cols());  // nothing sounds, or it is no number
+    const Eigen::MatrixXcf single = matrix.cast<std::complex<float>>();
+    const auto factor = factorise(single);
+    Eigen::MatrixXcd left = right / scale;
+    Eigen::MatrixXcd found = Eigen::MatrixXcd::Zero(matrix.cols(), right.cols());
+    double last = std::numeric_limits<double>::infinity();
+    for (int round = 0; round < kMostRounds; ++round) {
+      const Eigen::MatrixXcf step = factor.solve(left.cast<std::complex<float>>());
+      const Eigen::MatrixXcd more = step.template cast<Complex>();
+      const double change = more.norm();
+      if (!(change < kLeastGain * last)) break;
+      found += more;
+      if (change <= kNoChange * found.norm()) return scale * found;
+      left = right / scale - matrix * found;
+      last = change;
+    }
+    return factorise(matrix).solve(right);
   }
 };
 

@@ -11,6 +11,7 @@
 #include "audio/radiation/multipole.h"
 #include "modal/mesh/triangle_points.h"
 #include "modal/radiation/exterior_solver.h"
+#include "modal/radiation/parallel_tasks.h"
 #include "modal/radiation/radiating_panels.h"
 #include "modal/radiation/surface_waves.h"
 
@@ -30,6 +31,7 @@ constexpr double kResolved = 0.954;
 constexpr double kNegligible = 1e-4;  // relative to the mean square pressure
 constexpr int kOrdersBeyond = 8;      // orders computed above k times the enclosing radius
 constexpr int kMostOrders = 64;
+constexpr std::size_t kMostMemory = 1'000'000'000;  // bytes, of all solutions at a time
 
 double powerOf(std::span<const Complex> multipoles) {
   double sum = 0.0;
@@ -80,13 +82,26 @@ Status check(const ModalModel& model, const RadiationSettings& settings) {
   return std::monostate{};
 }
 
+// Returns how many modes are solved at a time: no more than there is memory for.
+std::size_t threadsOf(const RadiationSettings& settings, std::size_t panels) {
+  const std::size_t wanted = settings.threads == 0 ? processorCount() : settings.threads;
+  return std::clamp<std::size_t>(kMostMemory / ExteriorSolver::memoryOf(panels), 1, wanted);
+}
+
 // Side (m) of an equilateral triangle as large as the panels in the mean.
 double panelSize(const SurfaceMesh& surface) {
   const double mean = surfaceArea(surface) / static_cast<double>(surface.triangles.size());
   return std::sqrt(4.0 / std::numbers::sqrt3 * mean);
 }
 
-// Computes the radiation of one model's modes, one after the other.
+// The radiation of a mode, and whether it is all of it.
+struct FoundRadiation {
+  ModeRadiation radiation;
+  bool isCut = false;
+  bool isRough = false;
+};
+
+// Computes the radiation of one model's modes. [any thread], several at a time
 class Radiation {
  public:
   Radiation(const ModalModel& model, const RadiatingPanels& panels)
@@ -95,9 +110,9 @@ class Radiation {
         solver_(panels.surface),
         radius_(enclosingRadius(panels.surface, model.centreOfMass)) {}
 
-  // Fills in the radiation of a mode, and counts it in the report if it is cut or rough.
-  void compute(std::size_t mode, int maxOrder, ModeRadiation& radiation,
-               RadiationReport& report) const {
+  FoundRadiation compute(std::size_t mode, int maxOrder, double goodUpTo) const {
+    FoundRadiation found;
+    ModeRadiation& radiation = found.radiation;
     const double frequency = model_.modes[mode].frequency;
     const double waveNumber = 2.0 * std::numbers::pi * frequency / model_.medium.speedOfSound;
     const Eigen::VectorXd shape = shapeOf(mode);
@@ -107,9 +122,9 @@ class Radiation {
     for (Eigen::Index panel = 0; panel < normal.size(); ++panel)
       radiation.volume += solver_.panels()[static_cast<std::size_t>(panel)].area() * normal[panel];
     radiation.multipoles = multipoles(waveNumber, normal, pressure);
-    if (shorten(radiation.multipoles, 2.0 * waveNumber * radius_, maxOrder)) ++report.cutModes;
-    if (frequency > report.goodUpTo || resolvedShare(panels_, shape) < kResolved)
-      ++report.roughModes;
+    found.isCut = shorten(radiation.multipoles, 2.0 * waveNumber * radius_, maxOrder);
+    found.isRough = frequency > goodUpTo || resolvedShare(panels_, shape) < kResolved;
+    return found;
   }
 
  private:
@@ -172,15 +187,21 @@ Result<RadiationReport> computeRadiation(ModalModel& model, const RadiationSetti
   report.thickness = panels->thickness;
   report.goodUpTo = model.medium.speedOfSound / (kPanelsPerWavelength * panelSize(panels->surface));
   const Radiation radiation(model, *panels);
-  std::vector<ModeRadiation> found(model.modes.size());
-  for (std::size_t mode = 0; mode < found.size(); ++mode) {
-    const double done = static_cast<double>(mode) / static_cast<double>(found.size());
-    if (progress && !progress("radiation", done)) return Error{kCancelled};
-    radiation.compute(mode, settings.maxOrder, found[mode], report);
-  }
+  std::vector<FoundRadiation> found(model.modes.size());
+  const auto solve = [&](std::size_t mode) {
+    found[mode] = radiation.compute(mode, settings.maxOrder, report.goodUpTo);
+  };
+  const auto goesOn = [&](std::size_t begun) {
+    const double done = static_cast<double>(begun) / static_cast<double>(found.size());
+    return !progress || progress("radiation", done);
+  };
+  if (!runTasks(found.size(), threadsOf(settings, report.panels), solve, goesOn))
+    return Error{kCancelled};
   for (std::size_t mode = 0; mode < found.size(); ++mode) {
     model.modes[mode].decayRate -= model.modes[mode].radiation.decayRate;
-    model.modes[mode].radiation = std::move(found[mode]);
+    model.modes[mode].radiation = std::move(found[mode].radiation);
+    report.cutModes += found[mode].isCut ? 1U : 0U;
+    report.roughModes += found[mode].isRough ? 1U : 0U;
   }
   return report;
 }

@@ -13,6 +13,7 @@
 #include "modal/mesh/triangle_points.h"
 #include "modal/radiation/exterior_solver.h"
 #include "modal/radiation/mirror_part.h"
+#include "modal/radiation/parallel_tasks.h"
 #include "modal/radiation/radiating_panels.h"
 #include "modal/radiation/surface_waves.h"
 
@@ -233,17 +234,27 @@ Result<RecoilSamples> sampleRecoil(const SurfaceMesh& surface, const RecoilSetti
   for (const double upTo : {0.35, 0.65, 1.0}) {
     const RecoilPanels panels(*shape, 2.0 * side / std::sqrt(mirrors) * std::min(1.4, 0.9 / upTo),
                               settings.panels);
-    for (; next < samples.frequencies.size(); ++next) {
-      const double frequency = samples.frequencies[next];
-      if (upTo < 1.0 && frequency > upTo * settings.highest) break;
-      const double done = frequency * frequency / (settings.highest * settings.highest);
-      if (progress && !progress("recoil", std::min(done, 1.0))) return Error{kCancelled};
+    const std::size_t first = next;
+    while (next < samples.frequencies.size() &&
+           (upTo >= 1.0 || samples.frequencies[next] <= upTo * settings.highest))
+      ++next;
+    std::vector<std::array<std::vector<Complex>, 6>> solved(next - first);
+    const auto solve = [&](std::size_t index) {
+      const double frequency = samples.frequencies[first + index];
       const int order = std::min(static_cast<int>(std::ceil(frequency)) + kOrdersBeyondRadius,
                                  RigidRecoil::kHighestOrder);
-      auto motions = panels.solve(frequency, order);
+      solved[index] = panels.solve(frequency, order);
+    };
+    const auto goesOn = [&](std::size_t begun) {
+      const double frequency = samples.frequencies[first + begun];
+      const double done = frequency * frequency / (settings.highest * settings.highest);
+      return !progress || progress("recoil", std::min(done, 1.0));
+    };
+    const std::size_t threads = settings.threads == 0 ? processorCount() : settings.threads;
+    if (!runTasks(solved.size(), threads, solve, goesOn)) return Error{kCancelled};
+    for (std::array<std::vector<Complex>, 6>& motions : solved)
       for (std::size_t motion = 0; motion < 6; ++motion)
         found[motion].push_back(std::move(motions[motion]));
-    }
     samples.panels = panels.panels();
     samples.beam = panels.beam();
   }

@@ -38,6 +38,9 @@ struct RecoilSettings {
   /// The most panels at the highest frequency: of the part between the mirror planes that a body
   /// has, so that three of them make a solution of up to eight times as many.
   std::size_t panels = 450;
+  /// Frequencies that are solved at a time, each in a thread of its own: 0 for as many as the
+  /// machine has processors. Results do not depend on it.
+  std::size_t threads = 0;
 };
 
 /// Solves the exterior problem of each rigid motion at each frequency (ExteriorSolver). `surface`

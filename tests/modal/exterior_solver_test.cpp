@@ -165,6 +165,27 @@ TEST(ExteriorSolver, IsReciprocal) {
   }
 }
 
+// Sums and multiples of motions sound as the sums and multiples of their sounds, which holds to the
+// last digits only if the equations are solved that far: without points inside and with them, and
+// however large the motion is.
+TEST(ExteriorSolver, IsLinearToTenDigits) {
+  const ExteriorSolver solver(splitMesh(splitMesh(boxMesh({0.1, 0.07, 0.05}))));
+  const Eigen::VectorXcd first = someMotion(solver, {20, 5, 30});
+  const Eigen::VectorXcd second = someMotion(solver, {-15, 30, 20});
+  for (const double k : {1.0, 20.0, 42.0}) {
+    const Eigen::VectorXcd whole = solver.solve(k, first + 1e-3 * second);
+    const Eigen::VectorXcd parts = solver.solve(k, first) + 1e-3 * solver.solve(k, second);
+    EXPECT_LT((whole - parts).norm(), 1e-9 * whole.norm()) << k;
+    for (const double size : {1e-60, 1e60})
+      EXPECT_LT((solver.solve(k, size * first) / size - solver.solve(k, first)).norm(),
+                1e-9 * whole.norm())
+          << k << " " << size;
+    EXPECT_EQ(solver.solve(k, 0.0 * first).norm(), 0.0);
+  }
+  EXPECT_TRUE(solver.usesInteriorPoints(42.0));
+  EXPECT_FALSE(solver.usesInteriorPoints(1.0));
+}
+
 // The power at the surface, Im integral conj(du/dn) u dS, is compared with k times the integral of
 // |r u|^2 over all directions far away.
 TEST(ExteriorSolver, PowerThatLeavesTheSurfaceArrivesFarAway) {

@@ -303,6 +303,22 @@ TEST(ModeRadiation, SaysWhichModesAreRough) {
   EXPECT_NEAR(fine.goodUpTo, 2.0 * coarse.goodUpTo, 1e-9 * fine.goodUpTo);
 }
 
+TEST(ModeRadiation, IsTheSameBitsOnAnyNumberOfThreads) {
+  ModalModel one = modelOf(boxMesh({0.1, 0.08, 0.05}));
+  for (const double frequency : {200.0, 900.0, 3000.0, 9000.0, 15000.0})
+    addMode(one, frequency,
+            [&](const Vec3& at) { return Vec3(std::cos(frequency * at.x()), 0, 1); });
+  ModalModel three = one;
+  const RadiationReport alone = radiate(one, {.panels = 200, .threads = 1});
+  const RadiationReport together = radiate(three, {.panels = 200, .threads = 3});
+  EXPECT_EQ(alone.roughModes, together.roughModes);
+  EXPECT_EQ(alone.cutModes, together.cutModes);
+  for (std::size_t mode = 0; mode < one.modes.size(); ++mode) {
+    EXPECT_EQ(one.modes[mode].radiation.volume, three.modes[mode].radiation.volume);
+    EXPECT_EQ(one.modes[mode].radiation.multipoles, three.modes[mode].radiation.multipoles);
+  }
+}
+
 TEST(ModeRadiation, RefusesWithAReasonAndCancelsLeavingTheModelAsItWas) {
   ModalModel model = modelOf(boxMesh({0.1, 0.1, 0.1}));
   addMode(model, 100.0, [](const Vec3& at) { return at; });
@@ -317,11 +333,11 @@ TEST(ModeRadiation, RefusesWithAReasonAndCancelsLeavingTheModelAsItWas) {
   EXPECT_NE(refusal(twisted).find("opposite ways"), std::string::npos) << refusal(twisted);
 
   std::vector<double> told;
-  const Result<RadiationReport> report =
-      computeRadiation(model, {.panels = 100}, [&](std::string_view, double fraction) {
-        told.push_back(fraction);
-        return fraction < 0.5;
-      });
+  const Result<RadiationReport> report = computeRadiation(model, {.panels = 100, .threads = 1},
+                                                          [&](std::string_view, double fraction) {
+                                                            told.push_back(fraction);
+                                                            return fraction < 0.5;
+                                                          });
   ASSERT_FALSE(report);
   EXPECT_EQ(report.error().message, kCancelled);
   EXPECT_EQ(told, (std::vector<double>{0.0, 0.5}));

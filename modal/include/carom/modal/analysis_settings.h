@@ -73,6 +73,9 @@ struct RadiationSettings {
   std::size_t panels = 800;
   /// The highest order of multipoles, 0 to 16 (kHighestMultipole). Most modes need less.
   int maxOrder = 12;
+  /// Modes that are solved at a time, each in a thread of its own: 0 for as many as the machine has
+  /// processors and a gigabyte suffices for. Results do not depend on it.
+  std::size_t threads = 0;
 
   bool operator==(const RadiationSettings&) const = default;
 };
