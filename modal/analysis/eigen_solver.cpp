@@ -215,7 +215,7 @@ class Search {
 
   Result<SparseFactor> factorOf(double shift, Definiteness definiteness) {
     ++solution_.factorisations;
-    return SparseFactor::of(stiffness_ - shift * mass_, definiteness);
+    return SparseFactor::of(stiffness_ - shift * mass_, definiteness, settings_.order);
   }
 
   // Counts the lambdas below a level, or below one a little above it, if a pivot vanishes just

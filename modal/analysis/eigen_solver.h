@@ -2,6 +2,7 @@
 
 #include <limits>
 #include <optional>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -25,6 +26,9 @@ struct EigenSettings {
   std::optional<double> shift;
   /// Forces (N), of which EigenSolution::displacement is to be found; empty: none.
   Eigen::VectorXd load = {};
+  /// An order of the rows, each once, in which little may fill when they are eliminated
+  /// (SparseFactor::of); empty: none is known.
+  std::vector<int> order = {};
   /// If true, Sylvester's law of inertia proves that no mode is missing: one factorisation more.
   bool count = true;
 };

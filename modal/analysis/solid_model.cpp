@@ -13,6 +13,7 @@
 
 #include "carom/audio/sound_body.h"
 #include "modal/analysis/audible_modes.h"
+#include "modal/analysis/dissection.h"
 #include "modal/analysis/heat_losses.h"
 #include "modal/analysis/solid_element.h"
 #include "modal/mesh/mesh_edges.h"
@@ -57,6 +58,7 @@ class NodeGraph {
   }
 
   std::size_t size() const { return neighbours_.size(); }
+  const NodeNeighbours& neighbours() const { return neighbours_; }
   const std::vector<std::uint32_t>& of(std::size_t node) const { return neighbours_[node]; }
   std::size_t rank(std::size_t node, std::uint32_t neighbour) const {
     const std::vector<std::uint32_t>& list = neighbours_[node];
@@ -65,8 +67,25 @@ class NodeGraph {
   }
 
  private:
-  std::vector<std::vector<std::uint32_t>> neighbours_;
+  NodeNeighbours neighbours_;
 };
+
+// The rows of a grid's matrices in the order in which they are best eliminated.
+std::vector<int> eliminationOrder(const SplineMesh& grid, const NodeNeighbours& neighbours) {
+  std::vector<std::array<int, 3>> places;
+  places.reserve(grid.nodes.size());
+  for (const Vec3& node : grid.nodes) {
+    const Vec3 at = (grid.axes.transpose() * (node - grid.origin)).cwiseQuotient(grid.cellSize);
+    places.push_back({static_cast<int>(std::floor(at.x())), static_cast<int>(std::floor(at.y())),
+                      static_cast<int>(std::floor(at.z()))});
+  }
+  std::vector<int> order;
+  order.reserve(3 * places.size());
+  for (const std::uint32_t node : dissectionOrder(neighbours, places))
+    for (int axis = 0; axis < 3; ++axis)
+      order.push_back(3 * static_cast<int>(node) + axis);
+  return order;
+}
 
 // A matrix of 3 x 3 blocks between neighbours. Each block is stored as a whole, or only its
 // diagonal.
@@ -161,6 +180,7 @@ void assemble(SolidSystem& system, const Material& material) {
       return matrices.mass(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(column));
     });
   }
+  system.order = eliminationOrder(grid, graph.neighbours());
   system.stiffness = stiffness.take();
   system.mass = mass.take();
 }
@@ -299,6 +319,7 @@ class Refinement {
         std::min<Eigen::Index>(kRigidModes + settings_.maxModes, system.stiffness.rows() / 2);
     sought.highest = highest * highest;
     sought.load = system.pull;
+    sought.order = system.order;
     // How many grids follow is not known; the next one takes longer than all before.
     const double begun = done_;
     done_ += kGridShare * (1.0 - begun);
@@ -382,7 +403,7 @@ Result<SolidSystem> solidSystem(const SurfaceMesh& surface, const Material& mate
   Result<SplineMesh> grid = splineMesh(surface, settings);
   if (!grid) return grid.error();
   if (progress && !progress("matrices", 0.0)) return Error{kCancelled};
-  SolidSystem system{*std::move(grid), {}, {}, {}};
+  SolidSystem system{*std::move(grid), {}, {}, {}, {}};
   assemble(system, material);
   return system;
 }

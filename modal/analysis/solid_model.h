@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <vector>
 
 #include "carom/audio/material.h"
 #include "carom/audio/modal_model.h"
@@ -18,6 +19,7 @@ struct SolidSystem {
   SparseMatrix stiffness;  ///< N/m
   SparseMatrix mass;       ///< kg, consistent: not diagonal
   Eigen::VectorXd pull;    ///< m^2, the forces of a pull of 1 Pa outwards on the whole surface
+  std::vector<int> order;  ///< of the rows, in which little fills (dissectionOrder)
 };
 
 /// A model, with the size and the effort of its analysis.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
@@ -25,8 +26,11 @@ enum class Definiteness {
 /// threads, in turns.
 class SparseFactor {
  public:
-  /// Factorises a matrix. Error: it is singular, or memory does not suffice for it.
-  static Result<SparseFactor> of(const SparseMatrix& matrix, Definiteness definiteness);
+  /// Factorises a matrix, its rows eliminated by approximate minimum degree, or in `order` (each
+  /// row once; empty: none is known) if that takes fewer operations; Eigen's knows the former only.
+  /// Error: it is singular, or memory does not suffice for it.
+  static Result<SparseFactor> of(const SparseMatrix& matrix, Definiteness definiteness,
+                                 std::span<const int> order = {});
 
   SparseFactor(SparseFactor&&) noexcept;
   SparseFactor& operator=(SparseFactor&&) noexcept;

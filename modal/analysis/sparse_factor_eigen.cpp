@@ -16,7 +16,8 @@ SparseFactor::SparseFactor(SparseFactor&&) noexcept = default;
 SparseFactor& SparseFactor::operator=(SparseFactor&&) noexcept = default;
 SparseFactor::~SparseFactor() = default;
 
-Result<SparseFactor> SparseFactor::of(const SparseMatrix& matrix, Definiteness) {
+Result<SparseFactor> SparseFactor::of(const SparseMatrix& matrix, Definiteness,
+                                      std::span<const int>) {
   auto implementation = std::make_unique<Implementation>();
   implementation->decomposition.compute(matrix);
   if (implementation->decomposition.info() != Eigen::Success)

@@ -1,3 +1,6 @@
+#include <cassert>
+#include <cstddef>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,6 +20,7 @@ constexpr MUMPS_INT kWorldCommunicator = -987654;  // MUMPS's number for all pro
 // that the second result differs from the first; PORD ends the process on some graphs; Debian's
 // build has no METIS.
 constexpr MUMPS_INT kMinimumDegree = 0;
+constexpr MUMPS_INT kGivenOrder = 1;
 constexpr MUMPS_INT kSingular = -10;
 constexpr MUMPS_INT kWorkspaceTooSmall = -9;
 constexpr int kAttempts = 4;
@@ -65,6 +69,7 @@ struct SparseFactor::Implementation {
   std::vector<MUMPS_INT> rows;
   std::vector<MUMPS_INT> columns;
   std::vector<double> values;
+  std::vector<MUMPS_INT> positions;  // of the rows in the order of elimination
 
   explicit Implementation(Definiteness definiteness) {
     instance.par = 1;
@@ -110,8 +115,25 @@ struct SparseFactor::Implementation {
     instance.a = values.data();
   }
 
-  void factorise() {
+  // Analyses the matrix for the given order as well, and takes the one with fewer operations.
+  void analyse(std::span<const int> order) {
     run(kAnalyse);
+    if (order.empty() || info(1) < 0) return;
+    assert(std::ssize(order) == instance.n);
+    positions.resize(order.size());
+    for (std::size_t position = 0; position < order.size(); ++position)
+      positions[static_cast<std::size_t>(order[position])] = static_cast<MUMPS_INT>(position + 1);
+    const double operations = instance.rinfog[0];
+    control(7) = kGivenOrder;
+    instance.perm_in = positions.data();
+    run(kAnalyse);
+    if (info(1) >= 0 && instance.rinfog[0] <= operations) return;
+    control(7) = kMinimumDegree;
+    run(kAnalyse);
+  }
+
+  void factorise(std::span<const int> order) {
+    analyse(order);
     for (int attempt = 0; attempt < kAttempts && info(1) >= 0; ++attempt) {
       run(kFactorise);
       if (info(1) != kWorkspaceTooSmall) return;
@@ -127,10 +149,11 @@ SparseFactor::SparseFactor(SparseFactor&&) noexcept = default;
 SparseFactor& SparseFactor::operator=(SparseFactor&&) noexcept = default;
 SparseFactor::~SparseFactor() = default;
 
-Result<SparseFactor> SparseFactor::of(const SparseMatrix& matrix, Definiteness definiteness) {
+Result<SparseFactor> SparseFactor::of(const SparseMatrix& matrix, Definiteness definiteness,
+                                      std::span<const int> order) {
   auto implementation = std::make_unique<Implementation>(definiteness);
   implementation->take(matrix);
-  implementation->factorise();
+  implementation->factorise(order);
   const MUMPS_INT outcome = implementation->info(1);
   if (outcome == kSingular) return Error{"the matrix is singular"};
   if (outcome < 0)

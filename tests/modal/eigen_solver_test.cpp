@@ -94,6 +94,25 @@ TEST(EigenSolver, FindsTheModesOfAHeldChain) {
   expectModes(solution, stiffness, identity(masses), 4.0);
 }
 
+TEST(EigenSolver, FindsTheSameInAnOrderThatIsGiven) {
+  const Index masses = 300;
+  EigenSettings settings = modes(12);
+  settings.highest = 4.0;  // counted with both signs of pivots
+  for (const int step : {1, 7, 149}) {
+    settings.order.clear();
+    for (int row = 0; row < masses; ++row)
+      settings.order.push_back(row * step % static_cast<int>(masses));
+    const EigenSolution solution = solved(sparse(chain(masses, false)), identity(masses), settings);
+    ASSERT_EQ(solution.lambda.size(), 12);
+    for (Index mode = 1; mode < 12; ++mode)
+      EXPECT_NEAR(solution.lambda[mode], chainLambda(mode, masses),
+                  1e-10 * chainLambda(mode, masses))
+          << step;
+    EXPECT_TRUE(solution.counted);
+    EXPECT_EQ(solution.below, masses);
+  }
+}
+
 TEST(EigenSolver, FindsTheRigidModeOfAFreeChain) {
   const Index masses = 200;
   const EigenSolution solution = solved(sparse(chain(masses, false)), identity(masses), modes(12));
