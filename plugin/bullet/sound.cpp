@@ -77,11 +77,6 @@ Result<BodyMaterial> Sound::materialOf(const btCollisionObject& object) const {
   return static_cast<const WorldSession&>(*session_).materialOf(object);
 }
 
-std::string Sound::report() const {
-  if (session_ == nullptr) return movedFrom().message + "\n";
-  return static_cast<const WorldSession&>(*session_).describe();
-}
-
 void Sound::prepare() {
   if (session_ == nullptr) return;
   auto& world = static_cast<WorldSession&>(*session_);

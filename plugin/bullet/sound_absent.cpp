@@ -47,10 +47,6 @@ Result<BodyMaterial> Sound::materialOf(const btCollisionObject&) const {
   return noWorlds();
 }
 
-std::string Sound::report() const {
-  return noWorlds().message + "\n";
-}
-
 void Sound::prepare() {}
 
 Status Sound::onCollision(

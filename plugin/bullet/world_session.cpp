@@ -13,9 +13,9 @@
 #include "plugin/bullet/assigned_sound.h"
 #include "plugin/bullet/body_form.h"
 #include "plugin/bullet/first_blow.h"
-#include "plugin/bullet/world_report.h"
 #include "plugin/bullet/world_survey.h"
 #include "plugin/bullet/world_units.h"
+#include "plugin/realtime/sound_report.h"
 
 namespace carom::plugin {
 
@@ -35,10 +35,6 @@ bool isIn(const btDynamicsWorld& world, const btCollisionObject& object) {
   const auto& objects = world.getCollisionObjectArray();
   const int index = object.getWorldArrayIndex();
   return index >= 0 && index < objects.size() && objects[index] == &object;
-}
-
-bool haveSameMass(double one, double other) {
-  return one <= kSameMass * other && other <= kSameMass * one;
 }
 
 }  // namespace
@@ -101,7 +97,7 @@ void WorldSession::postSubstep() {
   advanceTo(bridge_->time(), bridge_->settledTime());
   forgetRemoved();
   takeShapes();
-  report();
+  tellNoted();
 }
 
 /// True if what is heard must not depend on when a thread has solved a shape.
@@ -210,7 +206,7 @@ void WorldSession::note(const ImpulseEvent& share, bool isFirst) {
 }
 
 /// Tells the host of the collisions that were noted, until it ends the sound.
-void WorldSession::report() {
+void WorldSession::tellNoted() {
   if (std::exchange(isReporting_, true)) return;
   std::vector<Report> noted = std::exchange(reports_, {});
   for (Report& collision : noted) {
@@ -295,7 +291,7 @@ Status WorldSession::close() {
     bridge_->flush();
     postEvents();
     bridge_->clear();
-    report();
+    tellNoted();
   }
   if (bridge_) {
     unsupported_ = bridge_->counters().unsupported;
@@ -359,10 +355,6 @@ void WorldSession::take(BodyId id, KnownBody& known, const SoundBody& body) {
   const Status accepted = told(setBody(id, body));
   known.isRefused = !accepted;
   if (!accepted) unsolvedReason_ = accepted.error().message;
-}
-
-Vec3 WorldSession::listener() const {
-  return poses.front().isKnown ? poses.front().pose.position : settings.listeners.front().position;
 }
 
 void WorldSession::readPresent() {
@@ -519,8 +511,8 @@ Result<BodyMaterial> WorldSession::materialOf(const btCollisionObject& object) c
   return BodyMaterial{body->second.material, known->second.isGuessed, known->second.density};
 }
 
-std::string WorldSession::describe() const {
-  WorldFacts facts{.listener = listener(),
+std::string WorldSession::report() const {
+  SoundFacts facts{.listener = listener(),
                    .isListenerAutomatic = hasAutomaticListener,
                    .isHeard = hasSounded,
                    .isRun = hasRecordedRun,
@@ -537,11 +529,7 @@ std::string WorldSession::describe() const {
     if (!isMovable) continue;
     facts.light += known.density < kLightestSolid ? 1U : 0U;
     const SoundBody& sound = body->second;
-    if (sound.modal && !haveSameMass(sound.mass, sound.modal->mass)) {
-      ++facts.unlikeModel;
-      facts.massUnlikeModel = sound.mass;
-      facts.massOfModel = sound.modal->mass;
-    }
+    if (sound.modal) facts.compareMasses(sound.mass, sound.modal->mass);
     ++(known.isGuessed ? facts.guessed : facts.given)[body->second.material.name];
   }
   return wordsOf(facts);

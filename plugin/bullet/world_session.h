@@ -47,8 +47,7 @@ class WorldSession final : public SoundSession {
   double metresPerUnit() const { return worldSettings_.metresPerUnit; }
   /// As Sound::materialOf.
   Result<BodyMaterial> materialOf(const btCollisionObject& object) const;
-  /// As Sound::report.
-  std::string describe() const;
+  std::string report() const override;
   /// As Sound::onCollision.
   void onCollision(std::function<void(const SoundCollision&)> function);
   /// Solves all shapes that wait.
@@ -93,13 +92,12 @@ class WorldSession final : public SoundSession {
   void describe(RunRecorder& run, BodyId id, const btCollisionObject& object);
   void tellPoses();
   void note(const ImpulseEvent& share, bool isFirst);
-  void report();
+  void tellNoted();
   void tell(Report& report);
   bool hasWorld() const { return bridge_ && bridge_->isAttached(); }
   Status requireWorld() const;
   std::uint64_t unusedAssignments() const;
   bool isRepeatable() const;
-  Vec3 listener() const;
   void awaitShape(BodyId id);
   void takeShapes();
   void giveShape(BodyId id, KnownBody& known);

@@ -164,11 +164,6 @@ std::size_t writeText(const carom_sound* sound, std::span<char> buffer, TextOf t
   return length;
 }
 
-std::string reportOf(const carom_sound& sound) {
-  const auto* const world = std::get_if<Sound>(&sound.sound);
-  return world != nullptr ? world->report() : std::string();
-}
-
 }  // namespace
 
 extern "C" {
@@ -453,7 +448,8 @@ size_t carom_unsolved_reason(const carom_sound* sound, char* text, size_t size) 
 }
 
 size_t carom_report(const carom_sound* sound, char* text, size_t size) noexcept {
-  return writeText(sound, {text, size}, reportOf);
+  return writeText(sound, {text, size},
+                   [](const carom_sound& told) { return told.output().report(); });
 }
 
 size_t carom_warning(const carom_sound* sound, char* text, size_t size) noexcept {

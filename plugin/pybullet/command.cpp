@@ -382,21 +382,18 @@ Result<Command> keepRun(const Words& arguments) {
 }
 
 Result<Command> bare(std::string_view name, const Words& arguments) {
-  static const std::map<std::string_view, Command> kBare = {{"play", command::Play{}},
-                                                            {"stop", command::Stop{}},
-                                                            {"pause", command::Pause{}},
-                                                            {"capture", command::Capture{}},
-                                                            {"stats", command::Stats{}},
-                                                            {"describe", command::Describe{}},
-                                                            {"samples", command::TakeSamples{}},
-                                                            {"events", command::TakeEvents{}},
-                                                            {"help", command::Help{}}};
+  static const std::map<std::string_view, Command> kBare = {
+      {"play", command::Play{}},         {"stop", command::Stop{}},
+      {"pause", command::Pause{}},       {"capture", command::Capture{}},
+      {"stats", command::Stats{}},       {"report", command::Report{}},
+      {"describe", command::Describe{}}, {"samples", command::TakeSamples{}},
+      {"events", command::TakeEvents{}}, {"help", command::Help{}}};
   const auto found = kBare.find(name);
   if (found == kBare.end()) {
     return Error{"there is no command " + inQuotes(name) +
                  "; expected listener, material, modes, texture, room, level, latency, record, "
                  "record-run, keep-run, save-run, play, stop, gain, mute, pause, capture, reset, "
-                 "samples, events, describe, stats "
+                 "samples, events, describe, stats, report "
                  "or help"};
   }
   if (!arguments.empty())

@@ -90,6 +90,7 @@ struct Play {};
 struct Stop {};
 struct Pause {};
 struct Stats {};
+struct Report {};
 struct Describe {};
 struct TakeSamples {};
 struct TakeEvents {};
@@ -102,7 +103,7 @@ using Command =
                  command::SetTexture, command::SetRoom, command::SetLevel, command::SetLatency,
                  command::Capture, command::Reset, command::Record, command::RecordRun,
                  command::KeepRun, command::SaveRun, command::SetGain, command::Mute, command::Play,
-                 command::Stop, command::Pause, command::Stats, command::Describe,
+                 command::Stop, command::Pause, command::Stats, command::Report, command::Describe,
                  command::TakeSamples, command::TakeEvents, command::Help>;
 
 inline constexpr std::string_view kCommandHelp =
@@ -133,6 +134,7 @@ inline constexpr std::string_view kCommandHelp =
     "samples, events                take what is kept, as bytes: see docs/pybullet.md\n"
     "describe                       where samples are to be had, as NAME=VALUE\n"
     "stats                          counters, as NAME=NUMBER\n"
+    "report                         in words what sounds, and why it is silent, quiet or loud\n"
     "help";
 
 /// Default orientation of a listener: PyBullet's worlds have z up.

@@ -409,6 +409,9 @@ Result<std::string> ServerSound::run(const command::TakeEvents&) {
   return "events=" + inHexadecimal(std::span<const double>(rows));
 }
 
+Result<std::string> ServerSound::run(const command::Report&) {
+  return sound_->report();
+}
 Result<std::string> ServerSound::run(const command::Help&) {
   return std::string(kCommandHelp);
 }

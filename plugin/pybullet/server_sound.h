@@ -73,6 +73,7 @@ class ServerSound final : private ServerEars {
   Result<std::string> run(const command::Stop&);
   Result<std::string> run(const command::Pause&);
   Result<std::string> run(const command::Stats&);
+  Result<std::string> run(const command::Report&);
   Result<std::string> run(const command::Describe&);
   Result<std::string> run(const command::TakeSamples&);
   Result<std::string> run(const command::TakeEvents&);

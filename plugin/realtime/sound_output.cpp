@@ -147,6 +147,10 @@ SoundStatistics SoundOutput::statistics() const {
   return session_ ? session_->statistics() : SoundStatistics();
 }
 
+std::string SoundOutput::report() const {
+  return session_ ? session_->report() : movedFrom().message + "\n";
+}
+
 std::size_t SoundOutput::channelCount() const {
   return session_ ? session_->channels : 0;
 }

@@ -16,6 +16,7 @@
 #include "audio/model/immortal.h"
 #include "audio/model/mutex.h"
 #include "audio/scheduling/ring_tracks.h"
+#include "plugin/realtime/sound_report.h"
 #include "plugin/realtime/statistics_fields.h"
 
 namespace carom {
@@ -563,6 +564,28 @@ void SoundSession::tellFailure() {
   });
   if (!recorder || !recorder->failure() || std::exchange(hasToldFailure, true)) return;
   say(recorder->failure()->message);
+}
+
+Vec3 SoundSession::listener() const {
+  return poses.front().isKnown ? poses.front().pose.position : settings.listeners.front().position;
+}
+
+std::string SoundSession::report() const {
+  SoundFacts facts{.listener = listener(),
+                   .isListenerAutomatic = hasAutomaticListener,
+                   .isHeard = hasSounded,
+                   .isRun = hasRecordedRun,
+                   .isClosed = isClosed,
+                   .isHosted = true,
+                   .statistics = statistics()};
+  for (const auto& [id, body] : bodies) {
+    const bool isMovable = std::isfinite(body.mass);
+    ++(isMovable ? facts.movable : facts.immovable);
+    if (!isMovable) continue;
+    if (body.modal) facts.compareMasses(body.mass, body.modal->mass);
+    if (!body.material.name.empty()) ++facts.given[body.material.name];
+  }
+  return wordsOf(facts);
 }
 
 SoundStatistics SoundSession::statistics() const {

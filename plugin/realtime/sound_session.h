@@ -95,6 +95,10 @@ struct SoundSession : std::enable_shared_from_this<SoundSession> {
   /// Forgets the recording, in a fork: its file is the parent's.
   void abandonRecording();
   virtual SoundStatistics statistics() const;
+  /// As SoundOutput::report.
+  virtual std::string report() const;
+  /// Place of the first listener, m.
+  Vec3 listener() const;
   /// Says on stderr what a warning says, if nobody has asked for the statistics since it holds.
   void warnUnseen();
 

@@ -78,6 +78,29 @@ SoundBody ringingFloor(std::size_t modes) {
   return floor;
 }
 
+TEST(EventSoundReport, SaysWhatAHostHasToldAndWhyItIsSilent) {
+  Result<EventSound> silent = EventSound::create({});
+  ASSERT_TRUE(silent);
+  EXPECT_THAT(silent->report(), HasSubstr("0 bodies can move, 0 cannot"));
+  EXPECT_THAT(silent->report(), HasSubstr("as none was set"));
+  EXPECT_THAT(silent->report(), HasSubstr("Nothing plays, records or pulls this sound yet"));
+
+  EventSound sound = made(near());
+  ASSERT_TRUE(sound.prepareRendering(48000.0));
+  EXPECT_THAT(sound.report(), HasSubstr("No collision has been told yet"));
+  sound.post(drop(0.01).event());
+  sound.advanceTo(0.1);
+  pulled(sound, 4800);
+  const std::string report = sound.report();
+  EXPECT_THAT(report, HasSubstr("1 body can move, 1 cannot"));
+  EXPECT_THAT(report, HasSubstr("1 " + drop(0.0).ball().material.name));
+  EXPECT_THAT(report, HasSubstr("The listener was set at (0, 0.2, 0.3) m"));
+  EXPECT_THAT(report, HasSubstr("Heard: 1 click,"));
+  EXPECT_THAT(report, HasSubstr("The loudest so far has"));
+  ASSERT_TRUE(sound.close());
+  EXPECT_THAT(sound.report(), HasSubstr("The sound is closed"));
+}
+
 TEST(EventSound, IsSilentBeforeItIsPrepared) {
   EventSound sound = made(near());
   sound.post(drop(0.01).event());

@@ -844,7 +844,7 @@ CAROM_API size_t carom_recording_error(const carom_sound* sound, char* text,
                                        size_t size) CAROM_NOEXCEPT;
 
 /// Writes in some sentences, a line each, what sounds and how loud, and why something is silent,
-/// quiet or loud; as carom_unsolved_reason does. "" for a sound of carom_create.
+/// quiet or loud; as carom_unsolved_reason does.
 CAROM_API size_t carom_report(const carom_sound* sound, char* text, size_t size) CAROM_NOEXCEPT;
 
 /// Number of channels of all listeners together; 0 for NULL.

@@ -233,10 +233,6 @@ class Sound : public SoundOutput {
   /// not in the world, or came since `attach` and has not been there for a substep.
   Result<BodyMaterial> materialOf(const btCollisionObject& object) const;
 
-  /// Says in some sentences, a line each, what sounds and how loud, and why something is silent,
-  /// quiet or loud: bodies and their materials, the listener, peaks, what was left out.
-  std::string report() const;
-
   /// Sets the function that is told of each collision that is not silenced, at the end of the
   /// substep in which its sound is decided, in order of time; null for none. It may call everything
   /// of this sound, and end it. Collisions under way are told of in `close`, unless the function

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <span>
+#include <string>
 
 #include <carom/audio/result.h>
 #include <carom/audio/vector.h>
@@ -136,6 +137,10 @@ class SoundOutput {
 
   /// Returns the counts since the sound was made, and the cost. [simulation thread]
   SoundStatistics statistics() const;
+  /// Says in some sentences, a line each, what sounds and how loud, and why something is silent,
+  /// quiet or loud: bodies and their materials, the listener, peaks, what was left out.
+  /// [simulation thread]
+  std::string report() const;
 
   std::size_t channelCount() const;  ///< channels of all listeners together
   double sampleRate() const;         ///< Hz, of the samples that are pulled or played

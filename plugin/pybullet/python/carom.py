@@ -337,6 +337,10 @@ class Sound:
         words = (word.split("=", 1) for word in self._do("stats").split())
         return {name: float(value) for name, value in words}
 
+    def report(self) -> str:
+        """Says in some sentences, a line each, what sounds and how loud, and why it may be silent."""
+        return self._do("report")
+
     # The plugin
 
     def _do(self, command: str) -> str:

@@ -306,6 +306,9 @@ class Settings(WithABall):
                 client.stepSimulation()
             samples = floats(sound.samples())
             self.assertGreaterEqual(sound.statistics()["impacts"], 1)
+            report = sound.report()
+            self.assertRegex(report, r"\A\d+ bod(y|ies) can move, \d+ cannot")
+            self.assertRegex(report, r"\nHeard: \d+ click")
         client.disconnect()
         return samples
 

@@ -120,6 +120,7 @@ TEST(PybulletCommand, PlainOnesTakeNothing) {
   parsed<command::Stop>("stop");
   parsed<command::Pause>("pause");
   parsed<command::Stats>("stats");
+  parsed<command::Report>("report");
   parsed<command::Help>("help");
   parsed<command::Capture>("capture");
   parsed<command::Describe>("describe");

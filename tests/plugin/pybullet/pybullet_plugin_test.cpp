@@ -185,6 +185,7 @@ TEST_F(PybulletPlugin, SubstepsWithinAStepAreAllSeen) {
   EXPECT_GE(statistic("impacts"), bounces);
   EXPECT_LE(statistic("impacts"), bounces + 1);
   EXPECT_THAT(done("stats"), StartsWith("time=1.5 bodies=2"));
+  EXPECT_THAT(done("report"), StartsWith("1 body can move, 1 cannot.\nMaterials: 1 "));
 }
 
 TEST_F(PybulletPlugin, RestingAndSlidingBoxesAreSilent) {

@@ -1,4 +1,4 @@
-#include "plugin/bullet/world_report.h"
+#include "plugin/realtime/sound_report.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,6 +7,10 @@
 
 namespace carom::plugin {
 namespace {
+
+// Largest ratio of a body's mass to that of its modal model, or the other way round, at which the
+// model may still be meant for it.
+constexpr double kSameMass = 1.25;
 
 std::string number(double value) {
   char text[32];
@@ -22,7 +26,7 @@ void addPart(std::string& list, std::uint64_t count, const std::string& what) {
   if (count > 0) list += (list.empty() ? "" : ", ") + std::to_string(count) + " " + what;
 }
 
-std::string bodies(const WorldFacts& facts) {
+std::string bodies(const SoundFacts& facts) {
   if (!facts.hasWorld && !facts.isClosed) return "The world is gone.\n";
   std::string text = counted(facts.movable, "body", "bodies") + " can move, " +
                      std::to_string(facts.immovable) + " cannot";
@@ -36,14 +40,16 @@ std::string bodies(const WorldFacts& facts) {
   return materials.empty() ? text : text + "Materials: " + materials + ".\n";
 }
 
-std::string listener(const WorldFacts& facts) {
+std::string listener(const SoundFacts& facts) {
   const Vec3& place = facts.listener;
   return "The listener " + std::string(facts.isListenerAutomatic ? "stands" : "was set") + " at (" +
          number(place.x()) + ", " + number(place.y()) + ", " + number(place.z()) + ") m" +
-         (facts.isListenerAutomatic ? ", where a camera would.\n" : ".\n");
+         (!facts.isListenerAutomatic ? ".\n"
+          : facts.isHosted           ? ", as none was set.\n"
+                                     : ", where a camera would.\n");
 }
 
-std::string heard(const WorldFacts& facts) {
+std::string heard(const SoundFacts& facts) {
   const SoundStatistics& all = facts.statistics;
   const std::uint64_t leftOut = all.masked + all.inaudible + all.stolen + all.overBudget +
                                 all.noBus + all.tooLong + all.queueFaults;
@@ -79,20 +85,22 @@ std::string level(const SoundStatistics& all) {
   return all.warning.empty() ? text : text + all.warning + "\n";
 }
 
-std::string silence(const WorldFacts& facts) {
+std::string silence(const SoundFacts& facts) {
   if (facts.isClosed) return "The sound is closed.\n";
   if (!facts.isHeard && facts.isRun)
     return "What happens is recorded as a run, of which `carom replay` makes sound.\n";
+  if (!facts.isHeard && facts.isHosted) return "Nothing plays, records or pulls this sound yet.\n";
   if (!facts.isHeard)
     return "Nothing plays, records or pulls this sound: SoundSettings::play or record, or "
            "prepareRendering.\n";
   if (facts.statistics.posted > 0 || !facts.hasWorld) return "";
   if (facts.movable == 0) return "No body can move, and what cannot is silent unless it rings.\n";
+  if (facts.isHosted) return "No collision has been told yet.\n";
   return "No collision has been faster than the rest speed of " + number(facts.restSpeed) +
          " m/s yet.\n";
 }
 
-std::string oddities(const WorldFacts& facts) {
+std::string oddities(const SoundFacts& facts) {
   const SoundStatistics& all = facts.statistics;
   std::string text;
   if (facts.light > 0)
@@ -122,7 +130,14 @@ std::string oddities(const WorldFacts& facts) {
 
 }  // namespace
 
-std::string wordsOf(const WorldFacts& facts) {
+void SoundFacts::compareMasses(double mass, double modelMass) {
+  if (mass <= kSameMass * modelMass && modelMass <= kSameMass * mass) return;
+  ++unlikeModel;
+  massUnlikeModel = mass;
+  massOfModel = modelMass;
+}
+
+std::string wordsOf(const SoundFacts& facts) {
   return bodies(facts) + listener(facts) + heard(facts) + level(facts.statistics) + silence(facts) +
          oddities(facts);
 }
