@@ -48,7 +48,7 @@ Polygon cut(const Polygon& polygon, Eigen::Index axis, double plane, bool keepsL
 
 // Calls visit(place, polygon) for the part of the polygon in each cell, from the axis down to x.
 template <class Visit>
-void slice(const Polygon& polygon, const std::array<int, 3>& count, std::size_t axis,
+void slice(const Polygon& polygon, const GridSurface& grid, std::size_t axis,
            std::array<int, 3>& place, const Visit& visit) {
   const auto along = static_cast<Eigen::Index>(axis);
   double low = polygon.corners[0][along];
@@ -57,18 +57,18 @@ void slice(const Polygon& polygon, const std::array<int, 3>& count, std::size_t 
     low = std::min(low, polygon.corners[corner][along]);
     high = std::max(high, polygon.corners[corner][along]);
   }
-  const int first = std::clamp(static_cast<int>(std::floor(low)), 0, count[axis] - 1);
-  const int last = std::clamp(static_cast<int>(std::ceil(high)) - 1, first, count[axis] - 1);
+  const int first = grid.firstBeyond(axis, low);
+  const int last = std::max(grid.lastBelow(axis, high), first);
   for (int layer = first; layer <= last; ++layer) {
     Polygon part = polygon;
-    if (layer > first) part = cut(part, along, layer, false);
-    if (layer < last) part = cut(part, along, layer + 1.0, true);
+    if (layer > first) part = cut(part, along, grid.line(axis, layer), false);
+    if (layer < last) part = cut(part, along, grid.line(axis, layer + 1), true);
     if (part.size == 0) continue;
     place[axis] = layer;
     if (axis == 0)
       visit(place, part);
     else
-      slice(part, count, axis - 1, place, visit);
+      slice(part, grid, axis - 1, place, visit);
   }
 }
 
@@ -77,9 +77,15 @@ void slice(const Polygon& polygon, const std::array<int, 3>& count, std::size_t 
 template <class Visit>
 void forEachPiece(const GridSurface& surface, const Visit& visit) {
   const auto add = [&](const std::array<int, 3>& place, const Polygon& part) {
-    const Vec3 near(place[0], place[1], place[2]);
+    Vec3 near;
+    Vec3 size;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto along = static_cast<Eigen::Index>(axis);
+      near[along] = surface.line(axis, place[axis]);
+      size[along] = surface.line(axis, place[axis] + 1) - near[along];
+    }
     const auto inCell = [&](std::size_t corner) -> Vec3 {
-      return (2.0 * (part.corners[corner] - near)).array() - 1.0;
+      return (2.0 * (part.corners[corner] - near)).cwiseQuotient(size).array() - 1.0;
     };
     const std::size_t cell = indexOf(surface.count, place);
     for (std::size_t corner = 1; corner + 1 < part.size; ++corner)
@@ -90,7 +96,7 @@ void forEachPiece(const GridSurface& surface, const Visit& visit) {
     Polygon polygon;
     for (const Vec3& corner : triangle)
       polygon.add(corner);
-    slice(polygon, surface.count, 2, place, add);
+    slice(polygon, surface, 2, place, add);
   }
 }
 
@@ -201,6 +207,19 @@ double lineMoment(std::size_t power) {
 }
 
 }  // namespace
+
+int GridSurface::firstBeyond(std::size_t axis, double at) const {
+  if (lines[axis].empty()) return std::clamp(static_cast<int>(std::floor(at)), 0, count[axis] - 1);
+  const auto next = std::ranges::upper_bound(lines[axis], at);
+  return std::clamp(static_cast<int>(next - lines[axis].begin()) - 1, 0, count[axis] - 1);
+}
+
+int GridSurface::lastBelow(std::size_t axis, double at) const {
+  if (lines[axis].empty())
+    return std::clamp(static_cast<int>(std::ceil(at)) - 1, 0, count[axis] - 1);
+  const auto next = std::ranges::lower_bound(lines[axis], at);
+  return std::clamp(static_cast<int>(next - lines[axis].begin()) - 1, 0, count[axis] - 1);
+}
 
 CellMoments momentsOf(const Vec3& low, const Vec3& high) {
   std::array<std::array<double, kPowers>, 3> line{};

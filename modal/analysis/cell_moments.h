@@ -20,12 +20,21 @@ using CellMoments = std::array<double, kMomentPowers * kMomentPowers * kMomentPo
 /// Returns the moments of a box in a cell; corners from -1 to 1.
 CellMoments momentsOf(const Vec3& low, const Vec3& high);
 
-/// A closed surface's triangles, in coordinates of which each cell of a grid is a unit: the cell at
-/// the place (i, j, k) goes from (i, j, k) to (i + 1, j + 1, k + 1). Corners turn counter-clockwise
-/// seen from outside.
+/// A closed surface's triangles and the grid that cuts it. Corners turn counter-clockwise seen from
+/// outside.
 struct GridSurface {
   std::array<int, 3> count{};  ///< cells along each axis; the surface lies within
   std::vector<std::array<Vec3, 3>> triangles;
+  /// Where the cells begin and end along each axis, ascending, count + 1 of them. Empty: each cell
+  /// is a unit, the one at the place (i, j, k) from (i, j, k) to (i + 1, j + 1, k + 1).
+  std::array<std::vector<double>, 3> lines{};
+
+  double line(std::size_t axis, int number) const {
+    return lines[axis].empty() ? number : lines[axis][static_cast<std::size_t>(number)];
+  }
+  /// Numbers of the first cell that reaches beyond a coordinate, and of the last that begins below.
+  int firstBeyond(std::size_t axis, double at) const;
+  int lastBelow(std::size_t axis, double at) const;
 };
 
 /// How full the cells of a grid are, at the index of their place, x fastest.

@@ -26,18 +26,20 @@ double momentOf(const CellMoments& inside, const std::array<std::size_t, 3>& pow
   return inside[powers[0] + kMomentPowers * (powers[1] + kMomentPowers * powers[2])];
 }
 
-CellDilatation dilatationOf(const SplineMesh& grid, const CellMoments& inside) {
+CellDilatation dilatationOf(const SplineMesh& grid, const CellAxes& sides,
+                            const CellMoments& inside) {
   CellDilatation cell;
+  const Vec3 size(sides[0]->size, sides[1]->size, sides[2]->size);
   const double part = momentOf(inside, {0, 0, 0});
   if (!(part > 8.0 * kLeastPart)) return cell;
-  cell.volume = part * grid.cellSize.prod() / 8.0;
+  cell.volume = part * size.prod() / 8.0;
   Vec3 centre = Vec3::Zero();  // from -1 to 1
   for (std::size_t axis = 0; axis < 3; ++axis) {
     std::array<std::size_t, 3> powers{};
     powers[axis] = 1;
     centre[static_cast<Eigen::Index>(axis)] = momentOf(inside, powers) / part;
   }
-  const Vec3 half = 0.5 * grid.cellSize;
+  const Vec3 half = 0.5 * size;
   for (std::size_t one = 0; one < 3; ++one) {
     for (std::size_t other = 0; other < 3; ++other) {
       std::array<std::size_t, 3> powers{};
@@ -55,8 +57,8 @@ CellDilatation dilatationOf(const SplineMesh& grid, const CellMoments& inside) {
     const auto index = static_cast<Eigen::Index>(axis);
     for (int derivative = 0; derivative < 3; ++derivative)
       along[axis][static_cast<std::size_t>(derivative)] =
-          splinesAt(0.5 * (centre[index] + 1.0), derivative) /
-          std::pow(grid.cellSize[index], derivative);
+          sides[axis]->at(0.5 * (centre[index] + 1.0), derivative) /
+          std::pow(size[index], derivative);
   }
   for (Eigen::Index function = 0; function < kCellFunctions; ++function) {
     const std::array<Eigen::Index, 3> place = {function % 4, function / 4 % 4, function / 16};
@@ -94,13 +96,12 @@ Eigen::VectorXd heatLosses(const SplineMesh& grid, const EigenSolution& solution
   const Eigen::MatrixXd coefficients = solution.vectors.transpose();
   Eigen::ArrayXd squares = Eigen::ArrayXd::Zero(modes);    // m^3, integral of e^2
   Eigen::ArrayXd gradients = Eigen::ArrayXd::Zero(modes);  // m, that of its gradient's square
-  const CellDilatation whole = dilatationOf(grid, momentsOf(-Vec3::Ones(), Vec3::Ones()));
-  CellDilatation cut;
+  const CellMoments whole = momentsOf(-Vec3::Ones(), Vec3::Ones());
   Eigen::Matrix<double, Eigen::Dynamic, 4> sums(modes, 4);
   for (const SplineCell& cell : grid.cells) {
-    if (cell.moments >= 0)
-      cut = dilatationOf(grid, grid.moments[static_cast<std::size_t>(cell.moments)]);
-    const CellDilatation& inside = cell.moments >= 0 ? cut : whole;
+    const CellDilatation inside = dilatationOf(
+        grid, sidesOf(grid, cell),
+        cell.moments >= 0 ? grid.moments[static_cast<std::size_t>(cell.moments)] : whole);
     if (inside.volume == 0.0) continue;
     sums.setZero();
     for (std::size_t function = 0; function < cell.nodes.size(); ++function)

@@ -21,14 +21,7 @@ using PairPowers = std::array<Powers, kPairs>;
 /// Which of the two factors of a product are derivatives.
 enum Derivatives : std::size_t { kNone, kSecond, kFirst, kBoth };
 
-/// Coefficients of the cubic B-splines' pieces in powers of the place from 0 to 1 (de Boor 1978).
-constexpr std::array<std::array<double, kOrder>, kOrder> kPieces = {
-    {{1.0 / 6.0, -0.5, 0.5, -1.0 / 6.0},
-     {4.0 / 6.0, 0.0, -1.0, 0.5},
-     {1.0 / 6.0, 0.5, 0.5, -0.5},
-     {0.0, 0.0, 0.0, 1.0 / 6.0}}};
-
-// The same in powers of the coordinate from -1 to 1.
+// Turns powers of the place from 0 to 1 into those of the coordinate from -1 to 1.
 std::array<double, kOrder> centred(const std::array<double, kOrder>& piece) {
   std::array<double, kOrder> result{};
   for (std::size_t power = 0; power < kOrder; ++power) {
@@ -48,12 +41,19 @@ std::array<double, kOrder> slopeOf(const std::array<double, kOrder>& powers) {
   return slope;
 }
 
-std::array<PairPowers, 4> makeProducts() {
+std::array<PairPowers, 4> productsOn(const AxisCell& cell) {
   std::array<PairPowers, 4> products{};
+  std::array<std::array<double, kOrder>, kOrder> pieces{};
+  for (std::size_t function = 0; function < kOrder; ++function) {
+    for (std::size_t power = 0; power < kOrder; ++power)
+      pieces[function][power] =
+          cell.pieces(static_cast<Eigen::Index>(function), static_cast<Eigen::Index>(power));
+    pieces[function] = centred(pieces[function]);
+  }
   for (std::size_t slope = 0; slope < 4; ++slope) {
     for (std::size_t pair = 0; pair < kPairs; ++pair) {
-      std::array<double, kOrder> first = centred(kPieces[pair % kOrder]);
-      std::array<double, kOrder> second = centred(kPieces[pair / kOrder]);
+      std::array<double, kOrder> first = pieces[pair % kOrder];
+      std::array<double, kOrder> second = pieces[pair / kOrder];
       if (slope == kFirst || slope == kBoth) first = slopeOf(first);
       if (slope == kSecond || slope == kBoth) second = slopeOf(second);
       for (std::size_t one = 0; one < kOrder; ++one)
@@ -67,11 +67,12 @@ std::array<PairPowers, 4> makeProducts() {
 // Integrals over a cell of products of functions and their derivatives, axis after axis.
 class PairIntegrals {
  public:
-  explicit PairIntegrals(const CellMoments& inside) : products_(makeProducts()) {
+  PairIntegrals(const CellAxes& cell, const CellMoments& inside)
+      : products_{productsOn(*cell[0]), productsOn(*cell[1]), productsOn(*cell[2])} {
     for (std::size_t slope = 0; slope < 4; ++slope)
       for (std::size_t pair = 0; pair < kPairs; ++pair)
         for (std::size_t index = 0; index < kPowers * kPowers; ++index)
-          alongX_[slope][pair][index] = dot(products_[slope][pair], &inside[index * kPowers]);
+          alongX_[slope][pair][index] = dot(products_[0][slope][pair], &inside[index * kPowers]);
   }
 
   /// Calls add(first, second, integral) for all pairs of functions of the cell, where the slopes
@@ -82,12 +83,12 @@ class PairIntegrals {
       for (std::size_t y = 0; y < kPairs; ++y) {
         Powers left;
         for (std::size_t power = 0; power < kPowers; ++power)
-          left[power] = dot(products_[slopes[1]][y], &alongX_[slopes[0]][x][power * kPowers]);
+          left[power] = dot(products_[1][slopes[1]][y], &alongX_[slopes[0]][x][power * kPowers]);
         for (std::size_t z = 0; z < kPairs; ++z) {
           const std::size_t first = x % kOrder + kOrder * (y % kOrder + kOrder * (z % kOrder));
           const std::size_t second = x / kOrder + kOrder * (y / kOrder + kOrder * (z / kOrder));
           add(static_cast<Eigen::Index>(first), static_cast<Eigen::Index>(second),
-              dot(products_[slopes[2]][z], left.data()));
+              dot(products_[2][slopes[2]][z], left.data()));
         }
       }
     }
@@ -101,7 +102,7 @@ class PairIntegrals {
     return sum;
   }
 
-  std::array<PairPowers, 4> products_;
+  std::array<std::array<PairPowers, 4>, 3> products_;  // by axis and slopes
   std::array<std::array<std::array<double, kPowers * kPowers>, kPairs>, 4> alongX_;
 };
 
@@ -120,25 +121,14 @@ std::array<Derivatives, 3> slopesOf(std::size_t first, std::size_t second) {
 
 }  // namespace
 
-Eigen::Vector4d splinesAt(double place, int derivative) {
-  Eigen::Vector4d values;
-  for (std::size_t function = 0; function < kOrder; ++function) {
-    std::array<double, kOrder> piece = kPieces[function];
-    for (int times = 0; times < derivative; ++times)
-      piece = slopeOf(piece);
-    values[static_cast<Eigen::Index>(function)] =
-        piece[0] + place * (piece[1] + place * (piece[2] + place * piece[3]));
-  }
-  return values;
-}
-
-ElementMatrices solidElement(const Vec3& cellSize, const CellMoments& inside,
+ElementMatrices solidElement(const CellAxes& cell, const CellMoments& inside,
                              const Material& material) {
+  const Vec3 cellSize(cell[0]->size, cell[1]->size, cell[2]->size);
   const double nu = material.poissonsRatio;
   const double mu = material.youngsModulus / (2.0 * (1.0 + nu));
   const double lambda = 2.0 * mu * nu / (1.0 - 2.0 * nu);
   const double part = cellSize.prod() / 8.0;
-  const PairIntegrals integrals(inside);
+  const PairIntegrals integrals(cell, inside);
   ElementMatrices matrices;
   matrices.mass.resize(kCellFunctions, kCellFunctions);
   matrices.stiffness.setZero(kFreedom, kFreedom);

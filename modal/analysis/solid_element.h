@@ -1,9 +1,12 @@
 #pragma once
 
+#include <array>
+
 #include <Eigen/Core>
 
 #include "carom/audio/material.h"
 #include "modal/analysis/cell_moments.h"
+#include "modal/analysis/grid_axis.h"
 
 namespace carom::modal {
 
@@ -20,13 +23,12 @@ struct ElementMatrices {
   Eigen::VectorXd pull;
 };
 
-/// Returns the four cubic B-splines (uniform, so of unit sum) that a cell lies under, at a place
-/// along it from 0 to 1, or a little beyond; or their first or second derivatives by the place.
-Eigen::Vector4d splinesAt(double place, int derivative = 0);
+/// A cell's three sides.
+using CellAxes = std::array<const AxisCell*, 3>;
 
 /// Returns linear, isotropic elasticity and consistent mass of a cell whose inside has these
 /// moments, with displacements in cubic B-splines. All integrals are exact. [any thread]
-ElementMatrices solidElement(const Vec3& cellSize, const CellMoments& inside,
+ElementMatrices solidElement(const CellAxes& cell, const CellMoments& inside,
                              const Material& material);
 
 }  // namespace carom::modal

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <numbers>
 #include <string>
 #include <string_view>
@@ -27,19 +28,24 @@ constexpr double kRigidShare = 1e-6;  // of the lowest elastic lambda; less is r
 constexpr std::size_t kFirstGrid = 1200;  // degrees of freedom
 constexpr double kGridGrowth = 2.2;       // of degrees of freedom, and of entries about as much
 constexpr double kMostEntries = 12e6;     // of the stiffness
+constexpr std::size_t kMostKinds = 64;    // of whole cells, whose matrices are kept
 constexpr double kCoarserCell = 1.4;      // of a grid that a given one is compared with
 constexpr double kGridShare = 0.5;        // of what is left to do
 constexpr double kErrorOrder = 2.5;       // power of the cells' size
 constexpr double kOrderMargin = 0.5;      // less than what was seen
 constexpr double kLowestOrder = 2.0;
 constexpr double kHighestOrder = 4.5;
-// With which an error falls that is due to a sharp inner edge, at the worst: twice the exponent of
-// the displacement beside a crack (Williams 1952, J. Appl. Mech. 19, 526). A corner of 270 degrees
-// has 1.09.
-constexpr double kOrderAtInnerEdges = 1.0;
-constexpr double kInnerEdges = 0.1;  // of the body's length, together: shorter ones do not count
+// With which an error falls that is due to a sharp inner edge, where functions have no kink at it.
+// Twice the exponent of the displacement beside a crack is 1, beside a corner of 270 degrees 1.09
+// (Williams 1952, J. Appl. Mech. 19, 526); smooth functions come to it from below, as far as it is
+// seen.
+constexpr double kOrderAtInnerEdges = 0.8;
+constexpr double kInnerEdges = 0.03;  // of the body's length, together: shorter ones do not count
 constexpr double kBestOrder = 2.5;  // with which an earlier change is taken to have gone on falling
 constexpr double kLeastError = 5e-5;  // of the fill and of the solver
+// What is left at a sharp inner edge where cells are as large as the wall is thick, grid after
+// grid.
+constexpr double kErrorAtInnerEdges = 3e-3;
 constexpr double kFinestAccuracy = 1e-5;
 constexpr double kCoarsestAccuracy = 0.5;
 
@@ -72,16 +78,9 @@ class NodeGraph {
 
 // The rows of a grid's matrices in the order in which they are best eliminated.
 std::vector<int> eliminationOrder(const SplineMesh& grid, const NodeNeighbours& neighbours) {
-  std::vector<std::array<int, 3>> places;
-  places.reserve(grid.nodes.size());
-  for (const Vec3& node : grid.nodes) {
-    const Vec3 at = (grid.axes.transpose() * (node - grid.origin)).cwiseQuotient(grid.cellSize);
-    places.push_back({static_cast<int>(std::floor(at.x())), static_cast<int>(std::floor(at.y())),
-                      static_cast<int>(std::floor(at.z()))});
-  }
   std::vector<int> order;
-  order.reserve(3 * places.size());
-  for (const std::uint32_t node : dissectionOrder(neighbours, places))
+  order.reserve(3 * grid.nodes.size());
+  for (const std::uint32_t node : dissectionOrder(neighbours, grid.functions))
     for (int axis = 0; axis < 3; ++axis)
       order.push_back(3 * static_cast<int>(node) + axis);
   return order;
@@ -158,17 +157,25 @@ void assemble(SolidSystem& system, const Material& material) {
   const NodeGraph graph(grid);
   BlockMatrix stiffness(graph, false);
   BlockMatrix mass(graph, true);
-  const auto elementOn = [&](const CellMoments& inside) {
-    ElementMatrices matrices = solidElement(grid.cellSize, inside, material);
+  const auto elementOn = [&](const SplineCell& cell, const CellMoments& inside) {
+    ElementMatrices matrices = solidElement(sidesOf(grid, cell), inside, material);
     if (!grid.axes.isIdentity(0.0)) turn(matrices, grid.axes);
     return matrices;
   };
   system.pull.setZero(3 * std::ssize(grid.nodes));
-  const ElementMatrices whole = elementOn(momentsOf(-Vec3::Ones(), Vec3::Ones()));
-  ElementMatrices cut;
+  const CellMoments whole = momentsOf(-Vec3::Ones(), Vec3::Ones());
+  std::map<std::array<int, 3>, ElementMatrices> wholes;  // by the kinds of a cell's sides
+  ElementMatrices own;
   for (const SplineCell& cell : grid.cells) {
-    if (cell.moments >= 0) cut = elementOn(grid.moments[static_cast<std::size_t>(cell.moments)]);
-    const ElementMatrices& matrices = cell.moments >= 0 ? cut : whole;
+    const CellAxes sides = sidesOf(grid, cell);
+    const std::array<int, 3> kinds = {sides[0]->kind, sides[1]->kind, sides[2]->kind};
+    const auto known = cell.moments < 0 ? wholes.find(kinds) : wholes.end();
+    if (known == wholes.end())
+      own = elementOn(
+          cell, cell.moments >= 0 ? grid.moments[static_cast<std::size_t>(cell.moments)] : whole);
+    if (known == wholes.end() && cell.moments < 0 && wholes.size() < kMostKinds)
+      wholes.emplace(kinds, own);
+    const ElementMatrices& matrices = known == wholes.end() ? own : known->second;
     for (std::size_t function = 0; function < cell.nodes.size(); ++function)
       system.pull.segment<3>(3 * static_cast<Eigen::Index>(cell.nodes[function])) +=
           matrices.pull.segment<3>(3 * static_cast<Eigen::Index>(function));
@@ -257,11 +264,7 @@ class Refinement {
  public:
   Refinement(const SolidSurface& surface, const Material& material, const SolidSettings& settings,
              const Progress& progress)
-      : surface_(surface),
-        material_(material),
-        settings_(settings),
-        progress_(progress),
-        hasInnerEdges_(sharpInnerEdges(surface.body) > kInnerEdges * extentOf(surface.body)) {}
+      : surface_(surface), material_(material), settings_(settings), progress_(progress) {}
 
   Result<SolidAnalysis> run() {
     if (settings_.grid.cellSize || settings_.grid.degreesOfFreedom) return runOnGrid();
@@ -331,22 +334,31 @@ class Refinement {
     Result<EigenSolution> solution = lowestModes(system.stiffness, system.mass, sought, part);
     if (!solution) return solution.error();
     const double size = std::cbrt(system.grid.cellSize.prod());
+    const double fewest = kInnerEdges * extentOf(surface_.body);
+    hasOpenEdges_ = system.grid.openEdges > fewest;
+    const double least = system.grid.innerEdges > fewest ? kErrorAtInnerEdges : kLeastError;
     errors_ = Eigen::VectorXd::Constant(solution->lambda.size(), grids_ > 0 ? 1.0 : 0.0);
     const double ratio = cellSize_ / size;
+    // Cells were equal before, and are smaller beside inner edges now: what has gone is taken to be
+    // no less than what is left.
+    const bool isOtherKind = grids_ > 0 && system.grid.openEdges != openEdges_;
     Eigen::VectorXd changes = Eigen::VectorXd::Zero(solution->lambda.size());
-    for (Eigen::Index mode = kRigidModes; mode < changes.size() && ratio > 1.0; ++mode) {
+    for (Eigen::Index mode = kRigidModes; mode < changes.size() && (ratio > 1.0 || isOtherKind);
+         ++mode) {
       const double lambda = solution->lambda[mode];
       // A mode that the grid before did not have lay above the band there.
       changes[mode] = mode < solution_.lambda.size()
                           ? std::abs(std::sqrt(solution_.lambda[mode] / lambda) - 1.0)
                           : std::max(changes[mode - 1], highest / std::sqrt(lambda) - 1.0);
       const double order = orderOf(mode, changes[mode], ratio);
-      const double error =
-          std::max(changes[mode] / (std::pow(ratio, order) - 1.0), errorLeft(mode, ratio));
-      errors_[mode] = std::min(error + kLeastError, 1.0);
+      const double error = isOtherKind ? changes[mode]
+                                       : std::max(changes[mode] / (std::pow(ratio, order) - 1.0),
+                                                  errorLeft(mode, ratio));
+      errors_[mode] = std::min(error + least, 1.0);
     }
-    changes_ = std::move(changes);
+    changes_ = isOtherKind ? Eigen::VectorXd() : std::move(changes);
     ratio_ = ratio;
+    openEdges_ = system.grid.openEdges;
     solution_ = *std::move(solution);
     cellSize_ = size;
     ++grids_;
@@ -365,7 +377,7 @@ class Refinement {
   // have it, less a margin; kErrorOrder, where there is one change only. Where stress is singular a
   // small part of the error is left when the others have gone, which no changes show before.
   double orderOf(Eigen::Index mode, double change, double ratio) const {
-    if (hasInnerEdges_) return kOrderAtInnerEdges;
+    if (hasOpenEdges_) return kOrderAtInnerEdges;
     if (grids_ < 2 || mode >= changes_.size() || !(change > 0.0)) return kErrorOrder;
     const double seen = std::log(changes_[mode] / change) / std::log(ratio);
     return std::clamp(seen - kOrderMargin, kLowestOrder, kHighestOrder);
@@ -384,7 +396,8 @@ class Refinement {
   const Material& material_;
   const SolidSettings& settings_;
   const Progress& progress_;
-  bool hasInnerEdges_;  // sharp ones
+  bool hasOpenEdges_ = false;  // SplineMesh::openEdges, enough of them to count
+  double openEdges_ = 0.0;     // m, of its grid
   EigenSolution solution_;
   Eigen::VectorXd errors_;   // of its frequencies, relative; 0 where none are known
   Eigen::VectorXd changes_;  // of its frequencies since the grid before, relative

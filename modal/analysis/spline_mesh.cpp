@@ -11,6 +11,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "modal/analysis/overlap_raster.h"
+#include "modal/mesh/mesh_edges.h"
 
 namespace carom::modal {
 namespace {
@@ -27,7 +28,15 @@ constexpr double kOverlapping = 1e-4;  // of the mean winding, beyond 1
 constexpr double kMostCells = 4e6;     // cells in the grid's box, inside or not
 constexpr std::size_t kFewestFreedom = std::size_t{3} * kCellFunctions;  // degrees of freedom
 constexpr std::size_t kUsualGrid = 6000;
-constexpr int kReach = 3;  // cells before its own place that a function begins
+constexpr double kLeastCells = 0.25;    // of the body: the largest cells with smaller ones beside
+constexpr double kFinest = 1.0 / 32.0;  // size of cells beside an inner edge, of the others
+constexpr double kFineAnyway = 0.25;    // the same, beside thick walls
+constexpr double kClosestLines = 0.02;  // of a cell: planes that are closer to others do not count
+constexpr int kLineSamples = 256;       // between two planes, of the size that cells are to have
+constexpr double kAlignedCosine = 1.0 - 1e-9;  // of a normal to the axis
+constexpr double kSamePlane = 1e-4;   // distance of planes that are one, of the body's size
+constexpr double kOnPlane = 1e-6;     // distance from it, of the body's size
+constexpr double kLeastEdges = 0.03;  // m of edges in a plane, of the body's size
 
 // ---- The frame
 
@@ -111,15 +120,69 @@ std::array<int, 3> placeOf(const std::array<int, 3>& count, std::size_t index) {
           static_cast<int>(index / x / y)};
 }
 
+using GridAxes = std::array<GridAxis, 3>;
+
+std::array<int, 3> countOf(const GridAxes& along) {
+  return {along[0].cells(), along[1].cells(), along[2].cells()};
+}
+
 // Functions along each axis.
-std::array<int, 3> functionsOf(const std::array<int, 3>& count) {
-  return {count[0] + kReach, count[1] + kReach, count[2] + kReach};
+std::array<int, 3> functionsOf(const GridAxes& along) {
+  return {along[0].functions(), along[1].functions(), along[2].functions()};
 }
 
 // The place of one of a cell's functions among all of the grid.
-std::array<int, 3> functionAt(const std::array<int, 3>& cell, std::size_t function) {
-  return {cell[0] + static_cast<int>(function % 4), cell[1] + static_cast<int>(function / 4 % 4),
-          cell[2] + static_cast<int>(function / 16)};
+std::array<int, 3> functionAt(const GridAxes& along, const std::array<int, 3>& cell,
+                              std::size_t function) {
+  return {along[0][cell[0]].first + static_cast<int>(function % 4),
+          along[1][cell[1]].first + static_cast<int>(function / 4 % 4),
+          along[2][cell[2]].first + static_cast<int>(function / 16)};
+}
+
+// ---- Cells that are smaller beside inner edges
+
+struct Plane {
+  double at = 0.0;      // m along an axis
+  double length = 0.0;  // m, of the edges in it
+};
+
+// Returns the lines of cells of about size h, which get smaller towards a plane and have a line on
+// it: there they are as large as a wall is thick that the plane is one face of, or smaller.
+std::vector<AxisLine> linesBetween(double length, double h, const std::vector<Plane>& planes) {
+  std::vector<double> ends = {0.0};
+  for (const Plane& plane : planes)
+    if (plane.at - ends.back() > kClosestLines * h && length - plane.at > kClosestLines * h)
+      ends.push_back(plane.at);
+  ends.push_back(length);
+  // Sizes of the cells beside an end.
+  const auto finestAt = [&](std::size_t end) {
+    if (end == 0 || end + 1 == ends.size()) return h;
+    const double wall = std::min(ends[end] - ends[end - 1], ends[end + 1] - ends[end]);
+    return std::clamp(wall, kFinest * h, kFineAnyway * h);
+  };
+  std::vector<AxisLine> lines = {{.at = 0.0}};
+  for (std::size_t end = 1; end < ends.size(); ++end) {
+    const double width = ends[end] - ends[end - 1];
+    const double step = width / kLineSamples;
+    // Cells from the lower end on, of which there is a whole number.
+    std::vector<double> cells = {0.0};
+    for (int sample = 0; sample < kLineSamples; ++sample) {
+      const double away = (sample + 0.5) * step;
+      const double size = std::min({h, finestAt(end - 1) + away, finestAt(end) + width - away});
+      cells.push_back(cells.back() + step / size);
+    }
+    const int count = std::max(1, static_cast<int>(std::lround(cells.back())));
+    std::size_t sample = 0;
+    for (int line = 1; line < count; ++line) {
+      const double wanted = cells.back() * line / count;
+      while (cells[sample + 1] < wanted)
+        ++sample;
+      const double within = (wanted - cells[sample]) / (cells[sample + 1] - cells[sample]);
+      lines.push_back({.at = ends[end - 1] + step * (static_cast<double>(sample) + within)});
+    }
+    lines.push_back({.at = ends[end], .kinks = end + 1 < ends.size()});
+  }
+  return lines;
 }
 
 // Joins cells that are neighbours in a list, and counts the groups.
@@ -176,47 +239,65 @@ class SplineGridder {
   explicit SplineGridder(const SurfaceMesh& surface)
       : surface_(surface), axes_(bestAxes(surface)), extent_(extentAlong(surface, axes_)) {
     isInsideOut_ = signedVolume(surface) < 0.0;
-    overlaps_ = meanWinding(placed(countFor(extent_.size.maxCoeff() / 8.0))) > 1.0 + kOverlapping;
+    overlaps_ = meanWinding(placed(axesFor(extent_.size.maxCoeff() / 8.0))) > 1.0 + kOverlapping;
+    findPlanes();
   }
 
   const Vec3& size() const { return extent_.size; }
 
+  // Gives up the smaller cells beside inner edges, and the lines on them.
+  void takeEqualCells() {
+    openEdges_ = innerEdges_;
+    planes_ = {};
+  }
+  bool hasEqualCells() const {
+    return std::ranges::all_of(planes_, [](const auto& one) { return one.empty(); });
+  }
+
   // Flat bodies get flat cells: bending and twisting vary most across the thin side.
-  std::array<int, 3> countFor(double cellSize) const {
-    std::array<int, 3> count;
+  GridAxes axesFor(double cellSize) const {
+    GridAxes along;
     const double longest = extent_.size.maxCoeff();
-    for (int axis = 0; axis < 3; ++axis) {
-      const double length = extent_.size[axis];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double length = extent_.size[static_cast<Eigen::Index>(axis)];
       const double slender = std::pow(length / longest, kFlattening);
       const double edge = cellSize * std::max(slender, 1.0 / kFlattest);
-      count[static_cast<std::size_t>(axis)] =
-          static_cast<int>(std::max(1.0, std::round(length / edge)));
+      const double cells = std::max(1.0, std::round(length / edge));
+      along[axis] = planes_[axis].empty()
+                        ? GridAxis::equal(length, static_cast<int>(cells))
+                        : GridAxis(linesBetween(length, length / cells, planes_[axis]));
     }
-    return count;
+    return along;
   }
 
   // Number of functions that such a grid has, those that are split counted once.
-  std::size_t functionsFor(const std::array<int, 3>& count) const {
-    const GridFilling filling = fill(placed(count));
-    const std::array<int, 3> functions = functionsOf(count);
+  std::size_t functionsFor(const GridAxes& along) const {
+    const GridFilling filling = fill(placed(along));
+    const std::array<int, 3> count = countOf(along);
+    const std::array<int, 3> functions = functionsOf(along);
     std::vector<bool> used(productOf(functions), false);
     for (std::size_t index = 0; index < filling.fraction.size(); ++index) {
       if (filling.fraction[index] < kLeastInside) continue;
       for (std::size_t function = 0; function < kCellFunctions; ++function)
-        used[indexOf(functions, functionAt(placeOf(count, index), function))] = true;
+        used[indexOf(functions, functionAt(along, placeOf(count, index), function))] = true;
     }
     return static_cast<std::size_t>(std::count(used.begin(), used.end(), true));
   }
 
   // Error: several bodies that do not touch.
-  Result<SplineMesh> grid(const std::array<int, 3>& count) const {
+  Result<SplineMesh> grid(const GridAxes& along) const {
     SplineMesh mesh;
     mesh.axes = axes_;
     mesh.origin = axes_ * extent_.low;
-    mesh.count = count;
-    for (int axis = 0; axis < 3; ++axis)
-      mesh.cellSize[axis] = extent_.size[axis] / count[static_cast<std::size_t>(axis)];
-    const GridSurface surface = placed(count);
+    mesh.along = along;
+    mesh.count = countOf(along);
+    mesh.innerEdges = innerEdges_;
+    mesh.openEdges = openEdges_;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      for (int cell = 0; cell < mesh.count[axis]; ++cell)
+        mesh.cellSize[static_cast<Eigen::Index>(axis)] =
+            std::max(mesh.cellSize[static_cast<Eigen::Index>(axis)], along[axis][cell].size);
+    const GridSurface surface = placed(along);
     const GridFilling filling = fill(surface);
     addCells(mesh, surface, filling);
     if (const std::size_t pieces = piecesOf(mesh, filling); pieces != 1)
@@ -231,15 +312,79 @@ class SplineGridder {
     return overlaps_ ? unionFilling(surface) : fillingOf(surface);
   }
 
-  // The surface in cells, its triangles seen from outside.
-  GridSurface placed(const std::array<int, 3>& count) const {
-    const Vec3 cells(count[0], count[1], count[2]);
-    const Vec3 scale = cells.cwiseQuotient(extent_.size);
+  // Finds the planes across the grid's axes on which one side of a sharp inner edge lies.
+  void findPlanes() {
+    SurfaceMesh outwards = surface_;
+    if (isInsideOut_)
+      for (auto& [a, b, c] : outwards.triangles)
+        std::swap(b, c);
+    for (const InnerEdge& edge : sharpInnerEdges(outwards)) {
+      const double length = edge.length();
+      bool isFitted = !overlaps_;
+      for (const Vec3& normal : edge.normals) {
+        const Vec3 turned = axes_.transpose() * normal;
+        Eigen::Index along = 0;
+        if (turned.cwiseAbs().maxCoeff(&along) < kAlignedCosine) {
+          isFitted = false;
+          continue;
+        }
+        planes_[static_cast<std::size_t>(along)].push_back(
+            {(axes_.transpose() * edge.from)[along] - extent_.low[along], length});
+      }
+      innerEdges_ += length;
+      if (!isFitted) openEdges_ += length;
+    }
+    for (std::vector<Plane>& planes : planes_) {
+      if (overlaps_) planes.clear();
+      std::ranges::sort(planes, {}, &Plane::at);
+      std::vector<Plane> joined;
+      for (const Plane& plane : planes) {
+        if (!joined.empty() && plane.at - joined.back().at < kSamePlane * extent_.size.maxCoeff())
+          joined.back().length += plane.length;
+        else
+          joined.push_back(plane);
+      }
+      std::erase_if(joined, [this](const Plane& plane) {
+        const bool isShort = plane.length < kLeastEdges * extent_.size.maxCoeff();
+        if (isShort) openEdges_ += plane.length;
+        return isShort;
+      });
+      planes = std::move(joined);
+    }
+  }
+
+  // The surface on a grid, its triangles seen from outside: in cells, where all are equal.
+  GridSurface placed(const GridAxes& along) const {
     GridSurface placed;
-    placed.count = count;
+    placed.count = countOf(along);
+    const bool areEqual = hasEqualCells();
+    Vec3 cells = extent_.size;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (areEqual) {
+        cells[static_cast<Eigen::Index>(axis)] = placed.count[axis];
+        continue;
+      }
+      for (int cell = 0; cell < placed.count[axis]; ++cell)
+        placed.lines[axis].push_back(along[axis][cell].begin);
+      placed.lines[axis].push_back(extent_.size[static_cast<Eigen::Index>(axis)]);
+    }
+    const Vec3 scale = cells.cwiseQuotient(extent_.size);
+    // Coordinates of single precision are not quite on the planes that they are meant to be on.
+    const double near = areEqual ? 0.0 : kOnPlane * extent_.size.maxCoeff();
+    const auto snapped = [&](double place, std::size_t axis) {
+      const double length = extent_.size[static_cast<Eigen::Index>(axis)];
+      for (const double end : {0.0, length})
+        if (std::abs(place - end) < near) return end;
+      for (const Plane& plane : planes_[axis])
+        if (std::abs(place - plane.at) < near) return plane.at;
+      return place;
+    };
     placed.triangles.reserve(surface_.triangles.size());
     const auto at = [&](std::uint32_t vertex) -> Vec3 {
-      const Vec3 inFrame = axes_.transpose() * surface_.vertices[vertex] - extent_.low;
+      Vec3 inFrame = axes_.transpose() * surface_.vertices[vertex] - extent_.low;
+      for (std::size_t axis = 0; axis < 3 && !areEqual; ++axis)
+        inFrame[static_cast<Eigen::Index>(axis)] =
+            snapped(inFrame[static_cast<Eigen::Index>(axis)], axis);
       return inFrame.cwiseProduct(scale).cwiseMax(0.0).cwiseMin(cells);
     };
     for (const auto& [a, b, c] : surface_.triangles)
@@ -257,7 +402,8 @@ class SplineGridder {
       if (inside < kWhole) cut[index] = cuts++;
       mesh.cellAt[index] = static_cast<std::int32_t>(mesh.cells.size());
       mesh.cells.push_back({.place = placeOf(mesh.count, index), .moments = cut[index]});
-      mesh.volume += inside * mesh.cellSize.prod();
+      const CellAxes sides = sidesOf(mesh, mesh.cells.back());
+      mesh.volume += inside * sides[0]->size * sides[1]->size * sides[2]->size;
     }
     const auto number = static_cast<std::size_t>(cuts);
     mesh.moments = overlaps_ ? unionMoments(surface, cut, number) : momentsOf(surface, cut, number);
@@ -269,11 +415,11 @@ class SplineGridder {
 
   // Gives each function a node, and one more for each further group of cells under it.
   static void addNodes(SplineMesh& mesh, const GridFilling& filling) {
-    const std::array<int, 3> functions = functionsOf(mesh.count);
+    const std::array<int, 3> functions = functionsOf(mesh.along);
     std::vector<std::size_t> order(productOf(functions) + 1, 0);
     for (const SplineCell& cell : mesh.cells)
       for (std::size_t function = 0; function < kCellFunctions; ++function)
-        ++order[indexOf(functions, functionAt(cell.place, function)) + 1];
+        ++order[indexOf(functions, functionAt(mesh.along, cell.place, function)) + 1];
     std::partial_sum(order.begin(), order.end(), order.begin());
     struct Under {
       std::uint32_t cell, function;
@@ -282,8 +428,8 @@ class SplineGridder {
     std::vector<std::size_t> next(order.begin(), order.end() - 1);
     for (std::uint32_t cell = 0; cell < mesh.cells.size(); ++cell)
       for (std::uint32_t function = 0; function < kCellFunctions; ++function)
-        under[next[indexOf(functions, functionAt(mesh.cells[cell].place, function))]++] = {
-            cell, function};
+        under[next[indexOf(functions, functionAt(mesh.along, mesh.cells[cell].place,
+                                                 function))]++] = {cell, function};
     for (std::size_t function = 0; function + 1 < order.size(); ++function) {
       const auto covered =
           std::span(under).subspan(order[function], order[function + 1] - order[function]);
@@ -292,15 +438,17 @@ class SplineGridder {
       for (std::size_t index = 0; index < covered.size(); ++index)
         cells[index] = covered[index].cell;
       const std::array<int, 3> place = placeOf(functions, function);
-      const Vec3 middle(place[0] - 1.0, place[1] - 1.0, place[2] - 1.0);
+      const Vec3 middle(mesh.along[0].middle(place[0]), mesh.along[1].middle(place[1]),
+                        mesh.along[2].middle(place[2]));
       const std::array<std::size_t, kCellFunctions> group =
           groupsOf(mesh, filling, std::span(cells).first(covered.size()));
       const auto first = static_cast<std::uint32_t>(mesh.nodes.size());
       for (std::size_t index = 0; index < covered.size(); ++index) {
         const auto node = static_cast<std::uint32_t>(first + group[index]);
         mesh.cells[covered[index].cell].nodes[covered[index].function] = node;
-        if (node == mesh.nodes.size())
-          mesh.nodes.emplace_back(mesh.origin + mesh.axes * middle.cwiseProduct(mesh.cellSize));
+        if (node < mesh.nodes.size()) continue;
+        mesh.nodes.emplace_back(mesh.origin + mesh.axes * middle);
+        mesh.functions.push_back(place);
       }
     }
   }
@@ -329,6 +477,9 @@ class SplineGridder {
   const SurfaceMesh& surface_;
   Eigen::Matrix3d axes_;
   Extent extent_;
+  std::array<std::vector<Plane>, 3> planes_;  // by axis, ascending
+  double innerEdges_ = 0.0;                   // m, sharp ones
+  double openEdges_ = 0.0;                    // m: SplineMesh::openEdges
   bool isInsideOut_ = false;
   bool overlaps_ = false;
 };
@@ -357,17 +508,21 @@ Status validate(const SurfaceMesh& surface, const GridSettings& settings) {
 }
 
 // Size of cell (m) of the finest grid within the degrees of freedom, by bisection in the logarithm
-// of the size.
-double sizeFor(const SplineGridder& gridder, std::size_t wanted) {
+// of the size. Cells beside inner edges are not smaller if that takes too many even so.
+double sizeFor(SplineGridder& gridder, std::size_t wanted) {
+  const auto fits = [&](double size) {
+    const GridAxes along = gridder.axesFor(size);
+    return 3 * productOf(functionsOf(along)) <= wanted ||
+           (static_cast<double>(productOf(countOf(along))) <= kMostCells &&
+            3 * gridder.functionsFor(along) <= wanted);
+  };
   double coarse = 2.0 * gridder.size().maxCoeff();
   double fine = coarse / 256.0;
+  if (!gridder.hasEqualCells() && !fits(kLeastCells * gridder.size().maxCoeff()))
+    gridder.takeEqualCells();
   for (int step = 0; step < 10; ++step) {
     const double middle = std::sqrt(fine * coarse);
-    const std::array<int, 3> count = gridder.countFor(middle);
-    const bool fits = 3 * productOf(functionsOf(count)) <= wanted ||
-                      (static_cast<double>(productOf(count)) <= kMostCells &&
-                       3 * gridder.functionsFor(count) <= wanted);
-    (fits ? coarse : fine) = middle;
+    (fits(middle) ? coarse : fine) = middle;
   }
   return coarse;
 }
@@ -378,12 +533,14 @@ std::string metres(double size) {
   return text + " mm";
 }
 
-// Squared distance outwards from the cell's faces to a point, in cells.
-double outside(const SplineCell& cell, const Vec3& at) {
+// Squared distance outwards from the cell's faces to a point, in the largest cells.
+double outside(const SplineMesh& mesh, const SplineCell& cell, const Vec3& at) {
+  const CellAxes sides = sidesOf(mesh, cell);
   Vec3 away;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double along = at[axis] - cell.place[static_cast<std::size_t>(axis)];
-    away[axis] = std::max({0.0, -along, along - 1.0});
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto index = static_cast<Eigen::Index>(axis);
+    const double along = at[index] - sides[axis]->begin;
+    away[index] = std::max({0.0, -along, along - sides[axis]->size}) / mesh.cellSize[index];
   }
   return away.squaredNorm();
 }
@@ -391,7 +548,8 @@ double outside(const SplineCell& cell, const Vec3& at) {
 std::size_t nearestCell(const SplineMesh& mesh, const Vec3& at) {
   std::size_t nearest = 0;
   for (std::size_t cell = 1; cell < mesh.cells.size(); ++cell)
-    if (outside(mesh.cells[cell], at) < outside(mesh.cells[nearest], at)) nearest = cell;
+    if (outside(mesh, mesh.cells[cell], at) < outside(mesh, mesh.cells[nearest], at))
+      nearest = cell;
   return nearest;
 }
 
@@ -399,7 +557,7 @@ std::size_t nearestCell(const SplineMesh& mesh, const Vec3& at) {
 
 Result<SplineMesh> splineMesh(const SurfaceMesh& surface, const GridSettings& settings) {
   if (const Status valid = validate(surface, settings); !valid) return Error{valid.error().message};
-  const SplineGridder gridder(surface);
+  SplineGridder gridder(surface);
   const double size = settings.cellSize
                           ? *settings.cellSize
                           : sizeFor(gridder, settings.degreesOfFreedom.value_or(kUsualGrid));
@@ -407,23 +565,24 @@ Result<SplineMesh> splineMesh(const SurfaceMesh& surface, const GridSettings& se
   if (across.cwiseMax(1.0).prod() > kMostCells)
     return Error{"cells of " + metres(size) + " are too fine for the body: a grid of more than " +
                  std::to_string(std::lround(kMostCells)) + " cells"};
-  return gridder.grid(gridder.countFor(size));
+  if (static_cast<double>(productOf(countOf(gridder.axesFor(size)))) > kMostCells)
+    gridder.takeEqualCells();
+  return gridder.grid(gridder.axesFor(size));
 }
 
 CellPoint locate(const SplineMesh& mesh, const Vec3& point) {
-  const Vec3 at = (mesh.axes.transpose() * (point - mesh.origin)).cwiseQuotient(mesh.cellSize);
+  const Vec3 at = mesh.axes.transpose() * (point - mesh.origin);
   std::array<int, 3> place;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double cell = std::floor(at[static_cast<Eigen::Index>(axis)]);
-    place[axis] = static_cast<int>(std::clamp(cell, 0.0, mesh.count[axis] - 1.0));
-  }
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    place[axis] = mesh.along[axis].cellAt(at[static_cast<Eigen::Index>(axis)]);
   const std::int32_t found = mesh.cellAt[indexOf(mesh.count, place)];
   CellPoint result;
   result.cell = found >= 0 ? static_cast<std::size_t>(found) : nearestCell(mesh, at);
   std::array<Eigen::Vector4d, 3> along;
+  const CellAxes sides = sidesOf(mesh, mesh.cells[result.cell]);
   for (std::size_t axis = 0; axis < 3; ++axis)
-    along[axis] =
-        splinesAt(at[static_cast<Eigen::Index>(axis)] - mesh.cells[result.cell].place[axis]);
+    along[axis] = sides[axis]->at((at[static_cast<Eigen::Index>(axis)] - sides[axis]->begin) /
+                                  sides[axis]->size);
   for (std::size_t function = 0; function < kCellFunctions; ++function)
     result.weights[function] = along[0][static_cast<Eigen::Index>(function % 4)] *
                                along[1][static_cast<Eigen::Index>(function / 4 % 4)] *

@@ -9,6 +9,7 @@
 #include "carom/audio/surface_mesh.h"
 #include "carom/modal/analysis_settings.h"
 #include "modal/analysis/cell_moments.h"
+#include "modal/analysis/grid_axis.h"
 #include "modal/analysis/solid_element.h"
 
 namespace carom::modal {
@@ -28,25 +29,31 @@ struct CellPoint {
   std::array<double, kCellFunctions> weights{};  ///< by function; their sum is 1
 };
 
-/// A solid on a grid of equal cells that its surface cuts where it will (finite cell method:
+/// A solid on a grid of cells that its surface cuts where it will (finite cell method:
 /// Parvizian, Duester, Rank 2007), with displacements in cubic B-splines on that grid (as
 /// Schillinger and Rank 2011): smooth functions of four cells' width along each axis, one of them
-/// to a cell, each with a node.
+/// to a cell, each with a node. Cells are equal but where a plane of the grid lies on one side of a
+/// sharp inner edge, as of a box's bottom and walls: there functions may have a kink, and cells are
+/// smaller.
 ///
 /// The grid's frame is turned as `axes` and begins at `origin`; everything else here is in the
 /// body's frame.
 struct SplineMesh {
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  ///< columns: the grid's x, y, z
   Vec3 origin = Vec3::Zero();                          ///< m, the grid's corner 0
-  Vec3 cellSize = Vec3::Zero();                        ///< m, edges of a cell
+  std::array<GridAxis, 3> along;                       ///< cells and functions along x, y, z
+  Vec3 cellSize = Vec3::Zero();                        ///< m, edges of the largest cells
   std::array<int, 3> count{};                          ///< cells along each axis
   /// m, the middle of each function: as its coefficients, they make a field that is the place
   /// itself. So a linear field's coefficients are its values at the nodes. Other fields' are not.
   std::vector<Vec3> nodes;
-  std::vector<SplineCell> cells;  ///< cells with a part inside
+  std::vector<std::array<int, 3>> functions;  ///< of each node, its function along each axis
+  std::vector<SplineCell> cells;              ///< cells with a part inside
   std::vector<CellMoments> moments;
   std::vector<std::int32_t> cellAt;  ///< index into `cells` by place, x fastest; -1: none
   double volume = 0.0;               ///< m^3, of the body; what overlaps counts once
+  double innerEdges = 0.0;           ///< m, length of the sharp inner edges (sharpInnerEdges)
+  double openEdges = 0.0;            ///< m, of those of which a side lies on no plane of the grid
 };
 
 /// Returns the grid of the inside of a closed surface; for overlapping bodies, of their union.
@@ -66,6 +73,12 @@ struct SplineMesh {
 /// Errors: indices out of range, coordinates that are not finite, an open surface, no volume,
 /// settings without sense, several bodies that do not touch. [any thread], allocates.
 Result<SplineMesh> splineMesh(const SurfaceMesh& surface, const GridSettings& settings = {});
+
+/// Returns a cell's sides.
+inline CellAxes sidesOf(const SplineMesh& mesh, const SplineCell& cell) {
+  return {&mesh.along[0][cell.place[0]], &mesh.along[1][cell.place[1]],
+          &mesh.along[2][cell.place[2]]};
+}
 
 /// Returns the cell that holds the point (m, body frame), or the nearest one. [any thread]
 CellPoint locate(const SplineMesh& mesh, const Vec3& point);

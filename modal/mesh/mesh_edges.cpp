@@ -77,7 +77,7 @@ SurfaceMesh withoutUnused(SurfaceMesh mesh) {
   return mesh;
 }
 
-double sharpInnerEdges(const SurfaceMesh& mesh) {
+std::vector<InnerEdge> sharpInnerEdges(const SurfaceMesh& mesh) {
   const auto corner = [&mesh](std::uint32_t triangle, std::size_t side) -> const Vec3& {
     return mesh.vertices[mesh.triangles[triangle][side]];
   };
@@ -86,19 +86,20 @@ double sharpInnerEdges(const SurfaceMesh& mesh) {
     return (corner(triangle, 1) - first).cross(corner(triangle, 2) - first).normalized();
   };
   const MeshEdges edges(mesh);
-  double length = 0.0;
+  std::vector<InnerEdge> found;
   for (std::size_t edge = 0; edge < edges.size(); ++edge) {
     const std::span<const EdgeUse> uses = edges[edge];
     if (uses.size() != 2 || uses[0].forward == uses[1].forward) continue;
     const Vec3 normal = normalOf(uses[0].triangle);
-    if (normal.dot(normalOf(uses[1].triangle)) >= kSharpCosine) continue;
+    const Vec3 other = normalOf(uses[1].triangle);
+    if (normal.dot(other) >= kSharpCosine) continue;
     const Vec3& low = mesh.vertices[uses[0].low];
     double height = 0.0;  // of the other triangle above the plane of the first
     for (std::size_t side = 0; side < 3; ++side)
       height += normal.dot(corner(uses[1].triangle, side) - low);
-    if (height > 0.0) length += (mesh.vertices[uses[0].high] - low).norm();
+    if (height > 0.0) found.push_back({low, mesh.vertices[uses[0].high], {normal, other}});
   }
-  return length;
+  return found;
 }
 
 double extentOf(const SurfaceMesh& mesh) {

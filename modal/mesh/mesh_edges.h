@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -41,10 +42,16 @@ std::vector<std::uint32_t> partsOf(const SurfaceMesh& mesh);
 /// Returns the mesh without the vertices that no triangle uses; the others keep their order.
 SurfaceMesh withoutUnused(SurfaceMesh mesh);
 
-/// Returns the length (m) of all edges at which two triangles of a closed surface meet at an angle
-/// of more than 45 degrees to their common plane, with the body on the wider side: where stress is
-/// singular. A fillet has none if its facets turn by less.
-double sharpInnerEdges(const SurfaceMesh& mesh);
+/// An edge at which two triangles of a closed surface meet at an angle of more than 45 degrees to
+/// their common plane, with the body on the wider side: where stress is singular. A fillet has none
+/// if its facets turn by less.
+struct InnerEdge {
+  Vec3 from;                    ///< m
+  Vec3 to;                      ///< m
+  std::array<Vec3, 2> normals;  ///< of the triangles, outwards
+  double length() const { return (to - from).norm(); }
+};
+std::vector<InnerEdge> sharpInnerEdges(const SurfaceMesh& mesh);
 
 /// Longest side (m) of the box around all vertices; 0 if there are none.
 double extentOf(const SurfaceMesh& mesh);

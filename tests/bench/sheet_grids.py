@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
-"""Bent sheets without a closed form: the first 20 modes at the defaults of `carom modes` beside those on a grid of
-more unknowns.
+"""Bodies without a closed form: the first 20 modes at the defaults of `carom modes` beside those on a grid of more
+unknowns.
 
     sheet_grids.py --carom build/release/carom [--unknowns 40000] [--modes] [--short]
 
-A plate of 60 mm by 160 mm that is bent by a right angle, and a spoon, of steel and turned at random against the grid.
-Minutes each; docs/modal.md has the table.
+A plate of 60 mm by 160 mm that is bent by a right angle, and a spoon; and bodies of boards with sharp corners inside: a
+tray, a closed crate, a table, shelves, a channel, a bracket. Of steel, and turned at random. Minutes each; docs/modal.md
+has the table.
 """
 import argparse
+import itertools
 import json
 import math
 import resource
@@ -95,6 +97,71 @@ def spoon():
     return sheet(middle, 160, 24, 0.0016)
 
 
+def boards(lines, is_solid):
+    """The OBJ text of all boxes between lines along x, y and z (m) whose middle is solid."""
+    count = [len(along) - 1 for along in lines]
+
+    def middle(place):
+        return [0.5 * (along[at] + along[at + 1]) for along, at in zip(lines, place)]
+
+    solid = {place for place in itertools.product(*map(range, count)) if is_solid(*middle(place))}
+    numbers, quads = {}, []
+    for place in sorted(solid):
+        for axis, far in itertools.product(range(3), (0, 1)):
+            beside = list(place)
+            beside[axis] += 2 * far - 1
+            if tuple(beside) in solid:
+                continue
+            corners = []
+            for one, other in ((0, 0), (1, 0), (1, 1), (0, 1)):
+                corner = list(place)
+                corner[axis] += far
+                corner[(axis + 1) % 3] += one
+                corner[(axis + 2) % 3] += other
+                corners.append(numbers.setdefault(tuple(corner), len(numbers) + 1))
+            quads.append(corners if far else corners[::-1])
+    places = [turned([along[at] for along, at in zip(lines, corner)]) for corner in numbers]
+    text = ["v {:.12g} {:.12g} {:.12g}".format(*place) for place in places]
+    for a, b, c, d in quads:
+        text += [f"f {a} {b} {c}", f"f {a} {c} {d}"]
+    return "\n".join(text) + "\n"
+
+
+def walls(half, board):
+    return [-half, board - half, half - board, half]
+
+
+def tray():
+    return boards((walls(0.1, 0.003), walls(0.075, 0.003), [0, 0.003, 0.05]), lambda x, y, z: z < 0.003 or abs(x) > 0.097 or abs(y) > 0.072)
+
+
+def crate():
+    return boards((walls(0.15, 0.004), walls(0.1, 0.004), walls(0.1, 0.004)),
+                  lambda x, y, z: abs(x) > 0.146 or abs(y) > 0.096 or abs(z) > 0.096)
+
+
+def table():
+    return boards((walls(0.4, 0.04), walls(0.3, 0.04), [0, 0.45, 0.47]), lambda x, y, z: z > 0.45 or (abs(x) > 0.36 and abs(y) > 0.26))
+
+
+def shelves():
+    boards_at = [0, 0.15, 0.3, 0.45]
+    return boards((walls(0.2, 0.008), [0, 0.008, 0.12], [z for at in boards_at for z in (at, at + 0.008)]),
+                  lambda x, y, z: abs(x) > 0.192 or y < 0.008 or any(at < z < at + 0.008 for at in boards_at))
+
+
+def channel():
+    return boards((walls(0.03, 0.003), [-0.2, 0.2], [0, 0.003, 0.04]), lambda x, y, z: z < 0.003 or abs(x) > 0.027)
+
+
+def bracket():
+    return boards(([0, 0.005, 0.08], [-0.02, 0.02], [0, 0.005, 0.08]), lambda x, y, z: x < 0.005 or z < 0.005)
+
+
+BODIES = {"bent plate": bent_plate, "spoon": spoon, "tray": tray, "crate": crate, "table": table, "shelves": shelves, "channel": channel,
+          "bracket": bracket}
+
+
 def modes_of(carom, mesh, folder, *more):
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     done = subprocess.run([carom, "modes", mesh, "--material", "carbon_steel", "--modes", str(MODES), "--no-radiation", "--no-cache", "--json",
@@ -117,7 +184,7 @@ def main():
     if not chosen.carom.is_file():
         options.error(f"{chosen.carom}: there is no such program; expected carom as it was built")
     print("body         unknowns  beside  CPU, s  worst, %  told, %  within")
-    for name, make in (("bent plate", bent_plate), ("spoon", spoon)):
+    for name, make in BODIES.items():
         with tempfile.TemporaryDirectory(prefix="carom_sheet_") as folder:
             folder = Path(folder)
             mesh = folder / f"{name.replace(' ', '_')}.obj"

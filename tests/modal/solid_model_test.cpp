@@ -516,6 +516,27 @@ struct BentStrip {
     addQuad(4 * kSections, 4 * kSections + 1, 4 * kSections + 2, 4 * kSections + 3);
     return mesh;
   }
+  /// The same with a sharp corner, the radius being 0.
+  SurfaceMesh sharpMesh() const {
+    const double half = 0.5 * thickness;
+    const std::array<std::array<double, 2>, 6> outline = {
+        {{-flat, -half}, {half, -half}, {half, flat}, {-half, flat}, {-half, half}, {-flat, half}}};
+    SurfaceMesh mesh;
+    for (const double y : {-0.5 * width, 0.5 * width})
+      for (const auto& [x, z] : outline)
+        mesh.vertices.emplace_back(x, y, z);
+    for (std::uint32_t side = 0; side < 6; ++side) {
+      const std::uint32_t next = (side + 1) % 6;
+      mesh.triangles.push_back({side, side + 6, next + 6});
+      mesh.triangles.push_back({side, next + 6, next});
+    }
+    for (const auto& [a, b, c] :
+         {std::array{0U, 1U, 4U}, {0U, 4U, 5U}, {1U, 2U, 4U}, {2U, 3U, 4U}}) {
+      mesh.triangles.push_back({a, b, c});
+      mesh.triangles.push_back({a + 6, c + 6, b + 6});
+    }
+    return mesh;
+  }
   /// Returns the frequencies (Hz) of its bending in its own plane, as a frame of elements of
   /// Euler's beam.
   std::vector<double> inPlane(const Material& material, std::size_t count) const {
@@ -584,6 +605,25 @@ TEST(SolidModel, ABentStripIsAsSureAsItSays) {
   }
 }
 
+// At a sharp corner inside, functions may have a kink: a corner is not as stiff as the cells that
+// it lies in are large. The frame's own corner has no size, and so is less stiff by some of its
+// thickness over its length.
+TEST(SolidModel, AStripWithASharpCornerIsTheFrameThatItIs) {
+  const Material steel{"steel", 7850.0, 210e9, 0.3, 0.9};
+  const BentStrip strip{.radius = 0.0, .width = 0.006};
+  const SolidAnalysis found =
+      analysed(turned(strip.sharpMesh()), steel, {.grid = {}, .maxModes = 3});
+  EXPECT_TRUE(found.reachedAccuracy);
+  EXPECT_LT(found.degreesOfFreedom, 4000U);
+  ASSERT_EQ(found.model.modes.size(), 3u);
+  for (const double frequency : strip.inPlane(steel, 2)) {
+    const Mode& nearest = *std::ranges::min_element(found.model.modes, {}, [&](const Mode& mode) {
+      return std::abs(mode.frequency - frequency);
+    });
+    EXPECT_NEAR(nearest.frequency / frequency, 1.0, strip.thickness / strip.flat);
+  }
+}
+
 // Stress is singular in the corner inside, so that errors fall slowly, and the changes between two
 // grids are small beside what is left.
 TEST(SolidModel, ACupWithASharpCornerInsideIsAsSureAsItSays) {
@@ -598,7 +638,7 @@ TEST(SolidModel, ACupWithASharpCornerInsideIsAsSureAsItSays) {
   constexpr double kFacets = 4e-4;  // of the circles' 160 sides
   for (std::size_t mode = 0; mode < 5; ++mode) {
     const Mode& computed = found.model.modes[mode];
-    EXPECT_LT(computed.frequencyError, 0.5);
+    EXPECT_LT(computed.frequencyError, 0.12);
     EXPECT_NEAR(computed.frequency / expected[mode], 1.0, computed.frequencyError + kFacets)
         << mode;
   }
