@@ -32,7 +32,6 @@ constexpr double kLeastCells = 0.25;    // of the body: the largest cells with s
 constexpr double kFinest = 1.0 / 32.0;  // size of cells beside an inner edge, of the others
 constexpr double kFineAnyway = 0.25;    // the same, beside thick walls
 constexpr double kClosestLines = 0.02;  // of a cell: planes that are closer to others do not count
-constexpr int kLineSamples = 256;       // between two planes, of the size that cells are to have
 constexpr double kAlignedCosine = 1.0 - 1e-9;  // of a normal to the axis
 constexpr double kSamePlane = 1e-4;   // distance of planes that are one, of the body's size
 constexpr double kOnPlane = 1e-6;     // distance from it, of the body's size
@@ -146,6 +145,36 @@ struct Plane {
   double length = 0.0;  // m, of the edges in it
 };
 
+// Cells between two lines, as large as h at most, and growing from a size at each end by their
+// distance from it: places in m, by the number of cells from the lower end on.
+class GrowingCells {
+ public:
+  GrowingCells(double width, double h, double first, double last)
+      : width_(width), h_(h), first_(first), last_(last) {
+    low_ = std::clamp(std::min(h - first, 0.5 * (width + last - first)), 0.0, width);
+    high_ = std::clamp(std::min(h - last, 0.5 * (width + first - last)), 0.0, width - low_);
+    fromLow_ = std::log1p(low_ / first);
+    fromHigh_ = std::log1p(high_ / last);
+  }
+  double count() const { return fromLow_ + (width_ - low_ - high_) / h_ + fromHigh_; }
+  double placeOf(double cells) const {
+    if (cells < fromLow_) return first_ * std::expm1(cells);
+    const double left = count() - cells;
+    if (left < fromHigh_) return width_ - last_ * std::expm1(left);
+    return low_ + (cells - fromLow_) * h_;
+  }
+
+ private:
+  double width_;
+  double h_;
+  double first_;
+  double last_;
+  double low_ = 0.0;      // m, in which they grow from the lower end
+  double high_ = 0.0;     // m, in which they do from the other one
+  double fromLow_ = 0.0;  // cells there
+  double fromHigh_ = 0.0;
+};
+
 // Returns the lines of cells of about size h, which get smaller towards a plane and have a line on
 // it: there they are as large as a wall is thick that the plane is one face of, or smaller.
 std::vector<AxisLine> linesBetween(double length, double h, const std::vector<Plane>& planes) {
@@ -162,24 +191,10 @@ std::vector<AxisLine> linesBetween(double length, double h, const std::vector<Pl
   };
   std::vector<AxisLine> lines = {{.at = 0.0}};
   for (std::size_t end = 1; end < ends.size(); ++end) {
-    const double width = ends[end] - ends[end - 1];
-    const double step = width / kLineSamples;
-    // Cells from the lower end on, of which there is a whole number.
-    std::vector<double> cells = {0.0};
-    for (int sample = 0; sample < kLineSamples; ++sample) {
-      const double away = (sample + 0.5) * step;
-      const double size = std::min({h, finestAt(end - 1) + away, finestAt(end) + width - away});
-      cells.push_back(cells.back() + step / size);
-    }
-    const int count = std::max(1, static_cast<int>(std::lround(cells.back())));
-    std::size_t sample = 0;
-    for (int line = 1; line < count; ++line) {
-      const double wanted = cells.back() * line / count;
-      while (cells[sample + 1] < wanted)
-        ++sample;
-      const double within = (wanted - cells[sample]) / (cells[sample + 1] - cells[sample]);
-      lines.push_back({.at = ends[end - 1] + step * (static_cast<double>(sample) + within)});
-    }
+    const GrowingCells cells(ends[end] - ends[end - 1], h, finestAt(end - 1), finestAt(end));
+    const int count = std::max(1, static_cast<int>(std::lround(cells.count())));
+    for (int line = 1; line < count; ++line)
+      lines.push_back({.at = ends[end - 1] + cells.placeOf(cells.count() * line / count)});
     lines.push_back({.at = ends[end], .kinks = end + 1 < ends.size()});
   }
   return lines;
