@@ -51,7 +51,7 @@ class Dissection {
     const auto [low, high] =
         std::ranges::minmax(nodes, {}, [&](std::uint32_t node) { return places_[node][axis]; });
     const int first = places_[low][axis];
-    const auto planes = static_cast<std::size_t>(places_[high][axis] - first + 1);
+    const auto planes = static_cast<std::size_t>(places_[high][axis] - first) + 1;
     std::vector<int> here(planes + 1, 0);    // nodes at each plane
     std::vector<int> change(planes + 1, 0);  // of the layer's size from the plane before
     for (const std::uint32_t node : nodes) {
