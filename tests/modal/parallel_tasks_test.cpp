@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstddef>
 #include <stdexcept>
+#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -32,8 +33,17 @@ TEST(ParallelTasks, BeginNoOtherOnceTheyAreToEnd) {
   EXPECT_FALSE(runTasks(
       1000, 1, [&](std::size_t) { ++done; }, [](std::size_t begun) { return begun < 10; }));
   EXPECT_EQ(done, 10);
+  std::atomic<bool> isAsked = false;  // until then no task ends
   EXPECT_FALSE(runTasks(
-      3, 4, [](std::size_t) {}, [](std::size_t) { return false; }));
+      1000, 4,
+      [&](std::size_t) {
+        while (!isAsked)
+          std::this_thread::yield();
+      },
+      [&](std::size_t) {
+        isAsked = true;
+        return false;
+      }));
 }
 
 TEST(ParallelTasks, PassOnWhatOneThrows) {
