@@ -43,8 +43,8 @@ constexpr double kOrderAtInnerEdges = 0.8;
 constexpr double kInnerEdges = 0.03;  // of the body's length, together: shorter ones do not count
 constexpr double kBestOrder = 2.5;  // with which an earlier change is taken to have gone on falling
 constexpr double kLeastError = 5e-5;  // of the fill and of the solver
-// What is left at a sharp inner edge where cells are as large as the wall is thick, grid after
-// grid.
+// Every grid leaves this error at sharp inner edges, as the cells there stay as large as the wall
+// is thick.
 constexpr double kErrorAtInnerEdges = 3e-3;
 constexpr double kFinestAccuracy = 1e-5;
 constexpr double kCoarsestAccuracy = 0.5;

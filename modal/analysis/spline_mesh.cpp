@@ -335,7 +335,7 @@ class SplineGridder {
         std::swap(b, c);
     for (const InnerEdge& edge : sharpInnerEdges(outwards)) {
       const double length = edge.length();
-      bool isFitted = !overlaps_;
+      bool isFitted = true;
       for (const Vec3& normal : edge.normals) {
         const Vec3 turned = axes_.transpose() * normal;
         Eigen::Index along = 0;
@@ -349,8 +349,8 @@ class SplineGridder {
       innerEdges_ += length;
       if (!isFitted) openEdges_ += length;
     }
+    if (overlaps_) return takeEqualCells();
     for (std::vector<Plane>& planes : planes_) {
-      if (overlaps_) planes.clear();
       std::ranges::sort(planes, {}, &Plane::at);
       std::vector<Plane> joined;
       for (const Plane& plane : planes) {

@@ -15,7 +15,6 @@
 #include "plugin/bullet/first_blow.h"
 #include "plugin/bullet/world_survey.h"
 #include "plugin/bullet/world_units.h"
-#include "plugin/realtime/sound_report.h"
 
 namespace carom::plugin {
 
@@ -512,14 +511,9 @@ Result<BodyMaterial> WorldSession::materialOf(const btCollisionObject& object) c
 }
 
 std::string WorldSession::report() const {
-  SoundFacts facts{.listener = listener(),
-                   .isListenerAutomatic = hasAutomaticListener,
-                   .isHeard = hasSounded,
-                   .isRun = hasRecordedRun,
-                   .isClosed = isClosed,
-                   .hasWorld = hasWorld(),
-                   .restSpeed = worldSettings_.restSpeed,
-                   .statistics = statistics()};
+  SoundFacts facts = this->facts();
+  facts.hasWorld = hasWorld();
+  facts.restSpeed = worldSettings_.restSpeed;
   for (const auto& [id, known] : known_) {
     const auto body = bodies.find(id);
     if (body == bodies.end()) continue;

@@ -16,7 +16,6 @@
 #include "audio/model/immortal.h"
 #include "audio/model/mutex.h"
 #include "audio/scheduling/ring_tracks.h"
-#include "plugin/realtime/sound_report.h"
 #include "plugin/realtime/statistics_fields.h"
 
 namespace carom {
@@ -570,14 +569,18 @@ Vec3 SoundSession::listener() const {
   return poses.front().isKnown ? poses.front().pose.position : settings.listeners.front().position;
 }
 
+SoundFacts SoundSession::facts() const {
+  return {.listener = listener(),
+          .isListenerAutomatic = hasAutomaticListener,
+          .isHeard = hasSounded,
+          .isRun = hasRecordedRun,
+          .isClosed = isClosed,
+          .statistics = statistics()};
+}
+
 std::string SoundSession::report() const {
-  SoundFacts facts{.listener = listener(),
-                   .isListenerAutomatic = hasAutomaticListener,
-                   .isHeard = hasSounded,
-                   .isRun = hasRecordedRun,
-                   .isClosed = isClosed,
-                   .isHosted = true,
-                   .statistics = statistics()};
+  SoundFacts facts = this->facts();
+  facts.isHosted = true;
   for (const auto& [id, body] : bodies) {
     const bool isMovable = std::isfinite(body.mass);
     ++(isMovable ? facts.movable : facts.immovable);

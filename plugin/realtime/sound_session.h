@@ -23,6 +23,7 @@
 #include "plugin/realtime/run_recorder.h"
 #include "plugin/realtime/sound_engine.h"
 #include "plugin/realtime/sound_recorder.h"
+#include "plugin/realtime/sound_report.h"
 
 namespace carom::plugin {
 
@@ -97,6 +98,8 @@ struct SoundSession : std::enable_shared_from_this<SoundSession> {
   virtual SoundStatistics statistics() const;
   /// As SoundOutput::report.
   virtual std::string report() const;
+  /// Returns what a report says of any sound, without its bodies.
+  SoundFacts facts() const;
   /// Place of the first listener, m.
   Vec3 listener() const;
   /// Says on stderr what a warning says, if nobody has asked for the statistics since it holds.

@@ -66,8 +66,8 @@ std::vector<std::uint32_t> asTheyCome(std::size_t count) {
   return order;
 }
 
-// Of a cube of n^3 nodes, operations grow with n^7 plane by plane and with n^6 in dissection; of
-// the faces of a cube, with n^4 and n^3.
+// A factorisation of a cube of n^3 nodes takes of the order of n^7 operations plane by plane, and
+// n^6 by dissection; one of the faces of a cube takes n^4 and n^3.
 TEST(DissectionOrder, TakesFewerOperationsThanPlaneByPlane) {
   const Places cube = placesIn(11, [](int, int, int) { return true; });
   const Places faces = placesIn(13, [](int x, int y, int z) {
