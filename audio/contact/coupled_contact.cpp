@@ -3,20 +3,25 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <complex>
 #include <limits>
 #include <optional>
 
 namespace carom::audio {
 namespace {
 
-using Complex = std::complex<double>;
-
-constexpr double kFewestSteps = 32.0;  ///< in the duration without modes
+constexpr double kFewestSteps = 24.0;  ///< in the duration without modes
 constexpr double kMostSteps = 1024.0;  ///< in the duration without modes
 /// s. The force is heard as impulses, one for each step: their rhythm must be no sound.
 constexpr double kLongestStep = 25e-6;
-constexpr double kStepAngle = 0.5;       ///< rad by which the fastest mode turns, at most
+constexpr double kStepAngle = 1.0;  ///< rad by which the fastest mode turns, at most
+/// rad: by how much a mode may turn in a step for its share of that step's error to be known. Where
+/// the contact is long beside the mode, steps are longer, and it follows the force like a spring.
+constexpr double kMostAngle = 2.0;
+/// By what share of Hertz's depth, at its greatest, the spring is made less deep for the step.
+constexpr double kMostHardening = 0.3;
+/// The restitution of a contact from which on it is elastic enough for the error of a step to be
+/// that of its spring. What loses more is as well off without the amendment.
+constexpr double kLeastElastic = 0.6;
 constexpr double kLongestRun = 16384.0;  ///< steps until a run counts as over
 constexpr double kLongestTime = 0.02;    ///< s of a run, or four elastic durations
 constexpr std::size_t kMostLeaps = 11;   ///< lengths of leaps: 2^0 to 2^10 steps
@@ -28,98 +33,104 @@ constexpr std::size_t kLeastLeap = 12;
 constexpr double kImpulseTolerance = 1e-2;  ///< of the impulse, relative
 constexpr int kMostRuns = 6;                ///< of one impact, to find its damping
 constexpr int kMostIterations = 40;         ///< of Newton's method, which takes three
-constexpr double kRootPrecision = 1e-13;    ///< of a root for a depth, relative
 constexpr int kFewIterations = 8;           ///< of the quick one, which takes one or two
 /// Of a depth, relative: how far Newton's method may have moved last. It squares that.
 constexpr double kDepthTolerance = 1e-6;
 constexpr double kRootTolerance = 1e-5;  ///< the same of the root of a depth
-/// The modes above the known ones are taken to give this share of what the octave below gives: see
-/// giveBeyond.
-constexpr double kShareBeyond = 0.5;
+constexpr std::size_t kMostBeyond = 4;   ///< modes that stand for those above the known ones
+/// Of their distance: so fast they decay that what they give back at the beat of their distance,
+/// where there are more modes in fact, is e^(-2 pi 0.4) of what they got.
+constexpr double kDecayBeyond = 0.4;
 /// By how much more than rigid bodies would need the restitution is lowered, to come below the
 /// wanted one.
 constexpr double kReach = 1.2;
+/// By how much more than that of rigid bodies the loss of a contact may grow with its damping, as
+/// modes that swing back touch again.
+constexpr double kMoreLoss = 4.0;
 
-/// A force, and how it grows with what it is a function of.
+/// A number, and how it grows with what it is a function of.
 struct Growing {
   double value = 0.0;
   double slope = 0.0;
 };
 
+std::span<const ContactMode> knownModes(const CoupledImpact& impact) {
+  return impact.modes.first(impact.modes.size() - impact.beyond);
+}
+
+/// Returns the greatest depth (m) of an impact of rigid bodies.
+double elasticDepth(const CoupledImpact& impact) {
+  return std::pow(1.25 * impact.mass * impact.speed * impact.speed / impact.stiffness, 0.4);
+}
+
 }  // namespace
 
-/// Hertz's spring and one that gives way in proportion, in series: at a root b (m^(1/2)) of Hertz's
-/// depth the force is K b^3 and the depth of both b^2 + c b^3.
-class CoupledContact::SpringInSeries {
+/// Hertz's spring, made harder: its potential at a depth b^2 is K (2/5 b^5 + 1/2 c b^6 + 3/4 c^2
+/// b^7). With c = K g, these are the first orders of a spring that gives way less by g (m/N) in
+/// proportion to the force; all of them would be no spring at large depths.
+class CoupledContact::Spring {
  public:
-  SpringInSeries(double stiffness, double give) : stiffness_(stiffness), c_(stiffness * give) {}
+  Spring(double stiffness, double lessGive)
+      : stiffness_(stiffness), six_(0.5 * stiffness * lessGive), seven_(3.0 * six_ * six_) {}
 
-  double depth(double root) const { return root * root * (1.0 + c_ * root); }
-  double force(double root) const { return stiffness_ * root * root * root; }
+  double force(double root) const {
+    const double slope = 1.0 + root * (3.0 * six_ + 3.5 * seven_ * root);
+    return stiffness_ * root * root * root * slope;
+  }
   double potential(double root) const {
     const double square = root * root;
-    return stiffness_ * square * square * root * (0.4 + 0.5 * c_ * root);
+    return stiffness_ * square * square * root * (0.4 + root * (six_ + seven_ * root));
   }
-  /// Returns the root at a depth (m); 0 for none.
-  double rootOf(double depth) const {
-    if (depth <= 0.0) return 0.0;
-    double root = std::sqrt(depth);
-    if (c_ == 0.0) return root;
-    // From above, Newton's method falls towards it.
-    root = std::min(root, std::cbrt(depth / c_));
-    for (int iteration = 0; iteration < kMostIterations; ++iteration) {
-      const double moved = (depth - this->depth(root)) / slopeOfDepth(root);
-      root += moved;
-      if (std::abs(moved) <= kRootPrecision * root) break;
-    }
-    return root;
-  }
-  /// Returns how the depth grows with the root.
-  double slopeOfDepth(double root) const { return root * (2.0 + 3.0 * c_ * root); }
-  /// Returns the mean force over a change of depth from that of the root `a` to that of `b`, both
-  /// above 0, which is that of the potential over it, and its slope by b.
-  Growing meanOver(double a, double b) const {
-    // Quotients of differences by b - a: of the depth's parts, and of the potential's.
-    const double two = a + b;
-    const double three = two * b + a * a;
-    const double five = (b * b + a * a) * b * two + a * a * a * a;
-    const double six = two * three * ((b - a) * b + a * a);
+  /// Returns the change of the potential from the root `a` to `b` over b - a, and how it grows with
+  /// b: the mean force over the step between them is a + b times less.
+  Growing changeBetween(double a, double b) const {
+    const double square = a * a;
+    const double fourth = square * square;
+    const double five = (b * b + square) * b * (a + b) + fourth;
+    const double six = five * b + fourth * a;
+    const double seven = six * b + fourth * square;
     const double slopeOfFive = 4.0 * b * b * b + a * (3.0 * b * b + a * (2.0 * b + a));
-    const double slopeOfSix = 5.0 * b * b * b * b + a * slopeOfFive;
-    const double inverse = 1.0 / (two + c_ * three);
-    const double value = stiffness_ * (0.4 * five + 0.5 * c_ * six) * inverse;
-    const double ofPotential = stiffness_ * (0.4 * slopeOfFive + 0.5 * c_ * slopeOfSix);
-    return {value, (ofPotential - value * (1.0 + c_ * (two + b))) * inverse};
+    const double slopeOfSix = five + slopeOfFive * b;
+    const double slopeOfSeven = six + slopeOfSix * b;
+    return {stiffness_ * (0.4 * five + six_ * six + seven_ * seven),
+            stiffness_ * (0.4 * slopeOfFive + six_ * slopeOfSix + seven_ * slopeOfSeven)};
   }
 
  private:
   double stiffness_;  // N/m^(3/2)
-  double c_;          // m^(-1/2)
+  double six_;        // m^(-1/2), the potential's factor of the sixth power, by K
+  double seven_;      // m^-1, that of the seventh
 };
 
 struct CoupledContact::Law {
-  SpringInSeries spring;
+  Spring spring;
   double damping = 0.0;  // s/m
 };
 
-double giveBeyond(std::span<const ContactMode> modes) {
+void addModesBeyond(std::vector<ContactMode>& modes, std::size_t first, std::size_t count) {
   double highest = 0.0;
-  for (const ContactMode& mode : modes)
-    highest = std::max(highest, mode.frequency);
-  double octave = 0.0;
-  double count = 0.0;
-  for (const ContactMode& mode : modes) {
-    if (mode.frequency <= 0.5 * highest) continue;
-    octave += mode.shape * mode.shape / (mode.frequency * mode.frequency);
-    count += 1.0;
+  for (std::size_t i = first; i < first + count; ++i)
+    highest = std::max(highest, modes[i].frequency);
+  double squares = 0.0;  // 1/kg, of the shapes in the highest octave
+  double known = 0.0;
+  for (std::size_t i = first; i < first + count; ++i) {
+    if (modes[i].frequency <= 0.5 * highest) continue;
+    squares += modes[i].shape * modes[i].shape;
+    known += 1.0;
   }
-  return kShareBeyond * octave * count / (count + 1.0);
+  if (squares == 0.0) return;
+  const auto next = static_cast<std::size_t>(2.0 * known);
+  const std::size_t more = std::min(next, kMostBeyond);
+  const double each = 2.0 * squares * known / (known + 1.0) / static_cast<double>(more);
+  const double distance = highest / static_cast<double>(more);
+  for (std::size_t i = 0; i < more; ++i)
+    modes.push_back({.frequency = highest + (static_cast<double>(i) + 0.5) * distance,
+                     .decay = next > more ? kDecayBeyond * distance : 0.0,
+                     .shape = std::sqrt(each)});
 }
 
 double elasticDuration(const CoupledImpact& impact) {
-  const double deepest =
-      std::pow(1.25 * impact.mass * impact.speed * impact.speed / impact.stiffness, 0.4);
-  return 2.9432 * deepest / impact.speed;
+  return 2.9432 * elasticDepth(impact) / impact.speed;
 }
 
 const ContactCourse& CoupledContact::solve(const CoupledImpact& impact) {
@@ -130,9 +141,9 @@ const ContactCourse& CoupledContact::solve(const CoupledImpact& impact) {
 }
 
 /// Runs the impact with such a damping that its impulse is the wanted one, or with none if that
-/// gives no more. The impulse falls as the damping grows, and about as the restitution does that
-/// the same damping leaves rigid bodies: it is that restitution that is looked for, by the rule of
-/// false position (Illinois).
+/// gives no more, or would give hardly more. The impulse falls as the damping grows, and about as
+/// the restitution does that the same damping leaves rigid bodies: it is that restitution that is
+/// looked for, by the rule of false position (Illinois).
 void CoupledContact::fit(const CoupledImpact& impact) {
   struct Aim {
     double restitution = 0.0;
@@ -143,10 +154,11 @@ void CoupledContact::fit(const CoupledImpact& impact) {
   const double momentum = impact.mass * impact.speed;
   double aim = std::min(impact.impulse / momentum - 1.0, 1.0);
   for (int runs = 0; runs < kMostRuns; ++runs) {
-    run(impact, aim < 1.0 ? dissipativeLoss(aim) / impact.speed : 0.0);
+    run(impact, aim);
     const double excess = course_.impulse - impact.impulse;
     const bool isEnd = excess < 0.0 ? aim >= 1.0 : aim <= 0.0;
     if (isEnd || std::abs(excess) <= kImpulseTolerance * impact.impulse) return;
+    if (mostChange(impact, aim, excess < 0.0) <= kImpulseTolerance * course_.impulse) return;
     std::optional<Aim>& side = excess < 0.0 ? less : more;
     std::optional<Aim>& across = excess < 0.0 ? more : less;
     if (side && across) across->excess *= 0.5;
@@ -161,9 +173,21 @@ void CoupledContact::fit(const CoupledImpact& impact) {
   }
 }
 
+/// Returns by how much (N s) the impulse of a run may change with the damping, at most: by what the
+/// contact has lost if it is to lose nothing, and by an estimate of what it has not if it is to
+/// lose all.
+double CoupledContact::mostChange(const CoupledImpact& impact, double restitution,
+                                  bool isToGrow) const {
+  const double lost = std::max(course_.energy.lost, 0.0);
+  const double square = restitution * restitution;
+  const double change = isToGrow ? lost : kMoreLoss * lost * square / (1.0 - square);
+  const double parting = course_.impulse - impact.mass * impact.speed;
+  return std::hypot(parting, std::sqrt(2.0 * impact.mass * change)) - std::abs(parting);
+}
+
 void CoupledContact::begin(const CoupledImpact& impact) {
   double fastest = 0.0;
-  for (const ContactMode& mode : impact.modes)
+  for (const ContactMode& mode : knownModes(impact))
     fastest = std::max(fastest, mode.frequency);
   const double duration = elasticDuration(impact);
   step_ = duration / kFewestSteps;
@@ -171,46 +195,72 @@ void CoupledContact::begin(const CoupledImpact& impact) {
   step_ = std::max(std::min(step_, kLongestStep), duration / kMostSteps);
   const double longest = std::max(kLongestTime, 4.0 * duration);
   mostSteps_ = static_cast<std::size_t>(std::min(longest / step_, kLongestRun));
-  compliance_ = 0.5 * step_ * step_ / impact.mass;
   const auto count = static_cast<Eigen::Index>(impact.modes.size());
   const auto padded = static_cast<Eigen::Index>(ResonatorKernels::padded(impact.modes.size()));
-  for (Numbers* numbers : {&inverse_, &decay_, &bend_, &turnRe_, &turnIm_, &pushRe_, &pushIm_, &re_,
-                           &im_, &nextRe_, &nextIm_})
+  for (Numbers* numbers : {&inverse_, &decay_, &bend_, &turnRe_, &turnIm_, &freeRe_, &freeIm_,
+                           &amends_, &re_, &im_, &nextRe_, &nextIm_})
     numbers->setZero(padded);
   leaps_.clear();
   slack_ = 1.0;
   for (Eigen::Index i = 0; i < count; ++i) {
     const ContactMode& mode = impact.modes[static_cast<std::size_t>(i)];
-    const Complex pole(-mode.decay, mode.frequency);
-    const Complex turn = std::exp(pole * step_);
-    const Complex push = mode.shape * mode.shape * (turn - 1.0) / pole;
+    const double angle = mode.frequency * step_;
+    const double shrinks = std::exp(-mode.decay * step_);
+    const double sine = std::sin(angle);
+    turnRe_[i] = shrinks * std::cos(angle);
+    turnIm_[i] = shrinks * sine;
+    // (turn - 1) / (-d + i w), by the square of the shape
+    const double square = mode.decay * mode.decay + mode.frequency * mode.frequency;
+    const double each = mode.shape * mode.shape / square;
+    freeRe_[i] = each * (mode.frequency * turnIm_[i] - mode.decay * (turnRe_[i] - 1.0));
+    freeIm_[i] = -each * (mode.frequency * (turnRe_[i] - 1.0) + mode.decay * turnIm_[i]);
+    amends_[i] = angle <= kMostAngle ? angle / sine : 1.0;
     inverse_[i] = 1.0 / mode.frequency;
     decay_[i] = mode.decay;
-    bend_[i] = std::norm(pole) / mode.frequency;
-    turnRe_[i] = turn.real();
-    turnIm_[i] = turn.imag();
-    pushRe_[i] = push.real();
-    pushIm_[i] = push.imag();
-    compliance_ += push.imag() * inverse_[i];
-    slack_ = std::max(slack_, std::hypot(1.0, mode.decay * inverse_[i]));
+    bend_[i] = square * inverse_[i];
+    const double slope = mode.decay * inverse_[i];
+    slack_ = std::max(slack_, std::sqrt(1.0 + slope * slope));
   }
   giveRe_ = turnRe_ * inverse_;
   giveIm_ = turnIm_ * inverse_;
+  aheadRe_ = turnRe_ * giveRe_ - turnIm_ * giveIm_;
+  aheadIm_ = turnRe_ * giveIm_ + turnIm_ * giveRe_;
 }
 
-void CoupledContact::run(const CoupledImpact& impact, double damping) {
+/// Makes the steps of a run ready. Returns by how much (m/N) the contact's spring is to give way
+/// less. See "Method" in the header.
+double CoupledContact::amend(const CoupledImpact& impact, bool isElastic) {
+  amended_ = amends_;
+  if (!isElastic) amended_.setOnes();
+  pushRe_ = freeRe_ * amended_;
+  pushIm_ = freeIm_ * amended_;
+  compliance_ = 0.5 * step_ * step_ / impact.mass + (pushIm_ * inverse_).sum();
+  if (!isElastic) return 0.0;
+  double excess = step_ * step_ / (6.0 * impact.mass);
+  for (Eigen::Index i = 0; i < std::ssize(impact.modes); ++i) {
+    const double give = impact.modes[static_cast<std::size_t>(i)].shape * inverse_[i];
+    excess += give * give * (amended_[i] - 1.0);
+  }
+  return std::min(excess, kMostHardening / (impact.stiffness * std::sqrt(elasticDepth(impact))));
+}
+
+void CoupledContact::run(const CoupledImpact& impact, double restitution) {
+  const double damping = restitution < 1.0 ? dissipativeLoss(restitution) / impact.speed : 0.0;
+  const double lessGive = amend(impact, restitution >= kLeastElastic);
   re_.setZero();
   im_.setZero();
   state_ = {.approach = 0.0, .speed = impact.speed, .depth = 0.0, .root = 0.0};
   course_.nodes.clear();
   course_.damping = damping;
   course_.touches = 0;
-  course_.modes.assign(impact.modes.size(), 0.0);
+  course_.modes.assign(knownModes(impact).size(), 0.0);
   course_.energy = {.approach = 0.5 * impact.mass * impact.speed * impact.speed};
   double retreat = 0.0;  // m: how far the modes will have given way after a step without a force
   double end = 0.0;      // s, of the last step in which they touched
+  double ahead = 0.0;    // m: the same after two such steps
+  const double pushed = (giveRe_ * pushIm_ + giveIm_ * pushRe_).sum();  // m/N
   const TurningModes modes = turning();
-  const Law law{{impact.stiffness, impact.give}, damping};
+  const Law law{{impact.stiffness, lessGive}, damping};
   double forces[3] = {};    // N, of the last steps, the latest first
   bool isOpen = false;      // they have touched since the ledger was closed
   std::size_t waiting = 0;  // steps until a leap is looked for again
@@ -224,7 +274,10 @@ void CoupledContact::run(const CoupledImpact& impact, double damping) {
     state_.depth = freeDepth - compliance_ * force;
     state_.approach += step_ * (state_.speed - 0.5 * step_ * force / impact.mass);
     state_.speed -= step_ * force / impact.mass;
-    retreat = kernels_.turn(modes, force);
+    // What the step's force adds is known at once: so the modes can turn while the next force is
+    // looked for.
+    retreat = ahead + pushed * force;
+    ahead = kernels_.turn(modes, force);
     const double change = state_.depth - before.depth;
     const double gaveWay = (state_.approach - before.approach) - change;
     work_ += force * gaveWay;
@@ -243,7 +296,8 @@ void CoupledContact::run(const CoupledImpact& impact, double damping) {
       if (idle >= static_cast<double>(mostSteps_ - n)) break;
       if (idle >= double{kLeastLeap}) {
         n += leapBy(static_cast<std::size_t>(idle));
-        retreat = retreatOfModes();
+        retreat = (giveRe_ * im_ + giveIm_ * re_).sum();
+        ahead = (aheadRe_ * im_ + aheadIm_ * re_).sum();
       } else {
         waiting = waiting > 0 ? waiting - 1 : kLeastLeap - 1;
       }
@@ -265,7 +319,7 @@ double CoupledContact::forceTo(double freeDepth, const Law& law, double guess) {
   if (state_.root > 0.0)
     if (const std::optional<double> force = forceWithin(freeDepth, law, guess)) return *force;
   const double force = forceAcross(freeDepth, law, guess);
-  state_.root = law.spring.rootOf(freeDepth - compliance_ * force);
+  state_.root = std::sqrt(std::max(freeDepth - compliance_ * force, 0.0));
   return force;
 }
 
@@ -274,20 +328,24 @@ double CoupledContact::forceTo(double freeDepth, const Law& law, double guess) {
 std::optional<double> CoupledContact::forceWithin(double freeDepth, const Law& law, double guess) {
   const double a = state_.root;
   const double rate = law.damping / step_;
-  double b = a + (freeDepth - compliance_ * guess - state_.depth) / law.spring.slopeOfDepth(a);
+  double b = a + (freeDepth - compliance_ * guess - state_.depth) / (2.0 * a);
   for (int iteration = 0; iteration < kFewIterations; ++iteration) {
     if (!(b > 0.0)) return std::nullopt;
-    const double depth = law.spring.depth(b);
-    const double loss = 1.0 + rate * (depth - state_.depth);
+    const double loss = 1.0 + rate * (b * b - state_.depth);
     if (loss <= 0.0) return std::nullopt;
-    const Growing elastic = law.spring.meanOver(a, b);
-    const double slopeOfDepth = law.spring.slopeOfDepth(b);
-    const double force = elastic.value * loss;
-    const double growth = elastic.slope * loss + elastic.value * rate * slopeOfDepth;
+    const Growing elastic = law.spring.changeBetween(a, b);
+    const double change = elastic.value * loss;
+    const double slope = elastic.slope * loss + elastic.value * rate * 2.0 * b;
+    // b is where the depth is what is left of the free one: times a + b, without a quotient.
+    const double left = freeDepth - b * b;
     const double moved =
-        (freeDepth - depth - compliance_ * force) / (slopeOfDepth + compliance_ * growth);
+        (left * (a + b) - compliance_ * change) / (2.0 * b * (a + b) - left + compliance_ * slope);
+    const double between = a + b;
     b += moved;
     if (std::abs(moved) > kRootTolerance * (a + b)) continue;
+    const double inverse = 1.0 / between;
+    const double force = change * inverse;
+    const double growth = (slope - force) * inverse;
     state_.root = std::max(b, 0.0);
     return std::max(force + growth * moved, 0.0);
   }
@@ -302,11 +360,13 @@ double CoupledContact::forceAcross(double freeDepth, const Law& law, double gues
   const auto forceAt = [&](double depth) {
     const double loss = 1.0 + rate * (depth - begin);
     if (loss <= 0.0 || (begin <= 0.0 && depth <= 0.0)) return Growing{};
-    const double root = law.spring.rootOf(depth);
+    const double root = std::sqrt(std::max(depth, 0.0));
     Growing elastic;
     if (state_.root > 0.0 && root > 0.0) {
-      elastic = law.spring.meanOver(state_.root, root);
-      elastic.slope /= law.spring.slopeOfDepth(root);
+      const double between = state_.root + root;
+      const Growing change = law.spring.changeBetween(state_.root, root);
+      elastic.value = change.value / between;
+      elastic.slope = (change.slope - elastic.value) / (between * 2.0 * root);
     } else {
       elastic.value = (law.spring.potential(root) - potential) / (depth - begin);
       elastic.slope = (law.spring.force(root) - elastic.value) / (depth - begin);
@@ -337,16 +397,11 @@ TurningModes CoupledContact::turning() {
           .turnIm = turnIm_.data(),
           .pushRe = pushRe_.data(),
           .pushIm = pushIm_.data(),
-          .giveRe = giveRe_.data(),
-          .giveIm = giveIm_.data(),
+          .giveRe = aheadRe_.data(),
+          .giveIm = aheadIm_.data(),
           .re = re_.data(),
           .im = im_.data(),
           .count = static_cast<std::size_t>(re_.size())};
-}
-
-/// Returns by how much (m) the modes will have given way after a step without a force.
-double CoupledContact::retreatOfModes() const {
-  return (giveRe_ * im_ + giveIm_ * re_).sum();
 }
 
 /// Returns in how many steps from now the bodies cannot touch, whatever the phases of the modes: by
@@ -408,11 +463,16 @@ void CoupledContact::close(const CoupledImpact& impact, double end) {
     if (mode.shape == 0.0) continue;
     const double rate = leftRe_[i] - mode.decay * leftIm_[i] * inverse_[i];
     const double stretched = leftIm_[i] * leftIm_[i] * bend_[i] * inverse_[i];
-    const double own = 0.5 * (rate * rate + stretched) / (mode.shape * mode.shape);
-    course_.modes[static_cast<std::size_t>(i)] = own;
+    const double own = 0.5 * (rate * rate + stretched) / (amended_[i] * mode.shape * mode.shape);
+    const auto place = static_cast<std::size_t>(i);
+    if (place >= course_.modes.size()) {
+      energy.beyond += own;
+      continue;
+    }
+    course_.modes[place] = own;
     energy.modes += own;
   }
-  energy.damped = work_ - energy.modes;
+  energy.damped = work_ - energy.modes - energy.beyond;
 }
 
 }  // namespace carom::audio

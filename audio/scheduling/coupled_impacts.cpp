@@ -84,17 +84,17 @@ void CoupledImpacts::solve(const ImpulseEvent& event, const SoundingBody& body,
                             .position = event.otherPosition,
                             .orientation = event.otherOrientation},
                            other.sound, *other.modes, modes_);
-  const std::span<const ContactMode> modes(modes_);
+  const std::size_t known = modes_.size();
   const std::size_t own = body.modes != nullptr ? body.modes->resonators->modes : 0;
-  const double give = (hasMore(body) ? giveBeyond(modes.first(own)) : 0.0) +
-                      (hasMore(other) ? giveBeyond(modes.subspan(own)) : 0.0);
+  if (hasMore(body)) addModesBeyond(modes_, 0, own);
+  if (hasMore(other)) addModesBeyond(modes_, own, known - own);
   const CoupledImpact impact{
       .stiffness = ContactDurations::stiffnessOf(event, body.sound, other.sound),
       .mass = event.effectiveMass,
       .speed = event.approachSpeed,
       .impulse = impulse,
-      .modes = modes,
-      .give = give};
+      .modes = modes_,
+      .beyond = modes_.size() - known};
   if (!modesMatter(impact)) return;
   const ContactCourse& course = contact_.solve(impact);
   if (!(course.impulse > 0.0 && course.duration > 0.0 && std::isfinite(course.impulse))) return;
@@ -138,7 +138,7 @@ void CoupledImpacts::enter(const ImpulseEvent& event, const SoundingBody& body,
   energy_.approach += course.energy.approach;
   energy_.parting += course.energy.rigid;
   energy_.modes += course.energy.modes;
-  energy_.damped += course.energy.damped;
+  energy_.damped += course.energy.damped + course.energy.beyond;
   energy_.contacts += course.energy.lost;
 }
 
