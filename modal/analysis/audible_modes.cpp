@@ -1,10 +1,13 @@
 #include "modal/analysis/audible_modes.h"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <numeric>
 #include <utility>
+#include <vector>
 
 namespace carom::modal {
 
@@ -57,13 +60,19 @@ void keepResidual(ModalModel& model, const EigenModes& found, const StaticRespon
 void keepAudibleModes(ModalModel& model, const EigenModes& found, double rigidBelow) {
   assert(found.shapes.cols() == found.lambda.size());
   assert(found.shapes.rows() == 3 * std::ssize(model.surface.vertices));
-  for (Eigen::Index index = 0; index < found.lambda.size(); ++index) {
-    const double lambda = found.lambda[index];
-    if (lambda < rigidBelow) {
+  const auto frequencyOf = [&found](Eigen::Index index) {  // rad/s
+    const double excess = found.excess.size() > 0 ? found.excess[index] : 0.0;
+    return std::sqrt(std::max(found.lambda[index], 0.0)) * (1.0 - excess);
+  };
+  std::vector<Eigen::Index> ascending(static_cast<std::size_t>(found.lambda.size()));
+  std::iota(ascending.begin(), ascending.end(), Eigen::Index{0});
+  std::ranges::stable_sort(ascending, {}, frequencyOf);
+  for (const Eigen::Index index : ascending) {
+    if (found.lambda[index] < rigidBelow) {
       ++model.leftOut.rigid;
       continue;
     }
-    const double omega = std::sqrt(lambda);
+    const double omega = frequencyOf(index);
     Mode mode;
     mode.frequency = omega / (2.0 * std::numbers::pi);
     if (found.heatLosses.size() > 0) mode.heatDecayRate = 0.5 * found.heatLosses[index] * omega;

@@ -13,6 +13,8 @@ struct EigenModes {
   /// surface; phi^T M phi = 1 of the whole body.
   Eigen::MatrixXd shapes;
   Eigen::VectorXd errors = {};  ///< 1, of the frequencies (Mode::frequencyError); empty: not known
+  /// 1, by how much the frequencies are known to be too high; empty: by nothing.
+  Eigen::VectorXd excess = {};
   Eigen::VectorXd heatLosses = {};  ///< 1, loss factors by heat that flows; empty: not computed
 };
 

@@ -36,6 +36,7 @@ constexpr double kAlignedCosine = 1.0 - 1e-9;  // of a normal to the axis
 constexpr double kSamePlane = 1e-4;   // distance of planes that are one, of the body's size
 constexpr double kOnPlane = 1e-6;     // distance from it, of the body's size
 constexpr double kLeastEdges = 0.03;  // m of edges in a plane, of the body's size
+constexpr double kOpenStep = 0.5;     // of the smallest cell, along an edge that is looked up
 
 // ---- The frame
 
@@ -263,6 +264,8 @@ class SplineGridder {
   // Gives up the smaller cells beside inner edges, and the lines on them.
   void takeEqualCells() {
     openEdges_ = innerEdges_;
+    open_.insert(open_.end(), fitted_.begin(), fitted_.end());
+    fitted_.clear();
     planes_ = {};
   }
   bool hasEqualCells() const {
@@ -319,6 +322,7 @@ class SplineGridder {
       return Error{"the surface is of " + std::to_string(pieces) +
                    " bodies that do not touch; expected one body"};
     addNodes(mesh, filling);
+    addOpenCells(mesh);
     return mesh;
   }
 
@@ -348,6 +352,7 @@ class SplineGridder {
       }
       innerEdges_ += length;
       if (!isFitted) openEdges_ += length;
+      (isFitted ? fitted_ : open_).push_back(edge);
     }
     if (overlaps_) return takeEqualCells();
     for (std::vector<Plane>& planes : planes_) {
@@ -366,6 +371,23 @@ class SplineGridder {
       });
       planes = std::move(joined);
     }
+  }
+
+  void addOpenCells(SplineMesh& mesh) const {
+    double smallest = std::numeric_limits<double>::infinity();
+    for (const GridAxis& axis : mesh.along)
+      for (int cell = 0; cell < axis.cells(); ++cell)
+        smallest = std::min(smallest, axis[cell].size);
+    for (const InnerEdge& edge : open_) {
+      const double parts = std::ceil(edge.length() / (kOpenStep * smallest));
+      for (double part = 0.0; part < parts; ++part) {
+        const Vec3 place = edge.from + (part + 0.5) / parts * (edge.to - edge.from);
+        mesh.openCells.push_back(static_cast<std::uint32_t>(locate(mesh, place).cell));
+      }
+    }
+    std::ranges::sort(mesh.openCells);
+    const auto repeated = std::ranges::unique(mesh.openCells);
+    mesh.openCells.erase(repeated.begin(), repeated.end());
   }
 
   // The surface on a grid, its triangles seen from outside: in cells, where all are equal.
@@ -495,6 +517,8 @@ class SplineGridder {
   std::array<std::vector<Plane>, 3> planes_;  // by axis, ascending
   double innerEdges_ = 0.0;                   // m, sharp ones
   double openEdges_ = 0.0;                    // m: SplineMesh::openEdges
+  std::vector<InnerEdge> open_;               // those edges
+  std::vector<InnerEdge> fitted_;             // the others
   bool isInsideOut_ = false;
   bool overlaps_ = false;
 };

@@ -54,6 +54,7 @@ struct SplineMesh {
   double volume = 0.0;               ///< m^3, of the body; what overlaps counts once
   double innerEdges = 0.0;           ///< m, length of the sharp inner edges (sharpInnerEdges)
   double openEdges = 0.0;            ///< m, of those of which a side lies on no plane of the grid
+  std::vector<std::uint32_t> openCells;  ///< index of each cell that such an edge passes, ascending
 };
 
 /// Returns the grid of the inside of a closed surface; for overlapping bodies, of their union.

@@ -20,7 +20,7 @@ using namespace modal;
 namespace {
 
 /// Raised whenever anything in modal/ gives other numbers than before.
-constexpr std::uint64_t kAnalysisVersion = 7;
+constexpr std::uint64_t kAnalysisVersion = 8;
 
 /// Vertices of a body's surface, beyond which it is simplified before it is put on a grid.
 constexpr std::size_t kMostBodyVertices = 30000;

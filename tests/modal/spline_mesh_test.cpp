@@ -238,6 +238,7 @@ TEST(SplineMesh, InnerFacesOfATrayAreLinesHoweverItIsTurned) {
         mapped(trayMesh(size, wall), [&](const Vec3& vertex) { return Vec3(turn * vertex); });
     const SplineMesh mesh = gridOf(tray, cells(0.02));
     EXPECT_EQ(mesh.openEdges, 0.0);
+    EXPECT_TRUE(mesh.openCells.empty());
     EXPECT_TRUE(mesh.moments.empty());
     EXPECT_NEAR(mesh.volume, volume, 1e-12 * volume);
     for (const GridAxis& axis : mesh.along) {
@@ -264,6 +265,11 @@ TEST(SplineMesh, InnerFacesAreNoLinesWhereTheyTakeTooManyFunctions) {
   const SplineMesh mesh = gridOf(tray, few);
   EXPECT_LE(3 * mesh.nodes.size(), 1000U);
   EXPECT_NEAR(mesh.openEdges, 2.0 * (0.194 + 0.144) + 4.0 * 0.047, 1e-12);
+  for (const Vec3& corner : {Vec3(0.003, 0.003, 0.003), Vec3(0.197, 0.147, 0.05)}) {
+    const auto cell = static_cast<std::uint32_t>(locate(mesh, tray.vertices[0] + corner).cell);
+    EXPECT_TRUE(std::ranges::binary_search(mesh.openCells, cell));
+  }
+  EXPECT_LT(mesh.openCells.size(), mesh.cells.size());
   few.degreesOfFreedom = 20000;
   EXPECT_EQ(gridOf(tray, few).openEdges, 0.0);
 }
