@@ -31,9 +31,11 @@ constexpr double kDiagonal = 0.4142135623730951;
 /// Steps. To look for a leap and to take it costs as much as some steps of which each is taken.
 constexpr std::size_t kLeastLeap = 12;
 constexpr double kImpulseTolerance = 1e-2;  ///< of the impulse, relative
-constexpr int kMostRuns = 6;                ///< of one impact, to find its damping
-constexpr int kMostIterations = 40;         ///< of Newton's method, which takes three
-constexpr int kFewIterations = 8;           ///< of the quick one, which takes one or two
+/// Of the impulse, relative: what another damping has to change it by to be tried.
+constexpr double kLeastChange = 2.5e-3;
+constexpr int kMostRuns = 6;         ///< of one impact, to find its damping
+constexpr int kMostIterations = 40;  ///< of Newton's method, which takes three
+constexpr int kFewIterations = 8;    ///< of the quick one, which takes one or two
 /// Of a depth, relative: how far Newton's method may have moved last. It squares that.
 constexpr double kDepthTolerance = 1e-6;
 constexpr double kRootTolerance = 1e-5;  ///< the same of the root of a depth
@@ -158,7 +160,7 @@ void CoupledContact::fit(const CoupledImpact& impact) {
     const double excess = course_.impulse - impact.impulse;
     const bool isEnd = excess < 0.0 ? aim >= 1.0 : aim <= 0.0;
     if (isEnd || std::abs(excess) <= kImpulseTolerance * impact.impulse) return;
-    if (mostChange(impact, aim, excess < 0.0) <= kImpulseTolerance * course_.impulse) return;
+    if (mostChange(impact, aim, excess < 0.0) <= kLeastChange * course_.impulse) return;
     std::optional<Aim>& side = excess < 0.0 ? less : more;
     std::optional<Aim>& across = excess < 0.0 ? more : less;
     if (side && across) across->excess *= 0.5;

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstring>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -104,7 +105,11 @@ int run(bool isShort, bool withModes) {
   std::printf("%-6s %8s %9s %8s %8s %8s %10s\n", "body", "dof", "time, s", "worst, %", "split, %",
               "told, %", "within");
   std::vector<test::RevolvedBody> bodies = test::revolvedBodies();
-  if (isShort) bodies.assign(1, bodies.back());
+  if (isShort)
+    bodies.assign(1, bodies.back());
+  else
+    for (test::RevolvedBody& body : test::otherCups())
+      bodies.push_back(std::move(body));
   bool isWhole = true;
   for (const test::RevolvedBody& body : bodies)
     isWhole = measure(body, isShort, withModes) && isWhole;

@@ -333,7 +333,8 @@ TEST_F(ModesCli, AStruckBarSoundsAsItsTableSays) {
 }
 
 // The ring after the impact is proportional to the impulse, except for the effect of the contact's
-// duration, which depends on it: 50 us are short at 1.3 kHz.
+// duration, which depends on it: 50 us are short at 1.3 kHz, but a harder blow is shorter, and
+// leaves more of itself to the modes above 20 kHz, of which such a contact lasts one period.
 TEST_F(ModesCli, TwiceAsHardIsTwiceAsLoud) {
   const double frequency = barModel().at("modes").at(0).at("frequency_hz");
   const std::vector<std::string> options = {"--duration", "0.4", "--no-click"};
@@ -344,7 +345,8 @@ TEST_F(ModesCli, TwiceAsHardIsTwiceAsLoud) {
   ASSERT_EQ(carom(harder).code, 0);
   const double twice = amplitudeOf(readRecording(at("strike.wav")), frequency, 0.1, 0.2);
   ASSERT_GT(once, 0.0);
-  EXPECT_NEAR(twice / once, 2.0, 0.01);
+  EXPECT_LT(twice / once, 2.0);
+  EXPECT_GT(twice / once, 1.96);
 }
 
 TEST_F(ModesCli, GltfIsAModelToo) {

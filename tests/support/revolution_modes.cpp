@@ -259,27 +259,41 @@ std::function<double(double)> evenly(double thickness) {
   return [thickness](double) { return thickness; };
 }
 
-RevolvedBody cup() {
-  constexpr double kRadius = 0.04;
-  constexpr double kHeight = 0.09;
-  constexpr double kWall = 0.003;
+struct CupSize {
+  double radius = 0.0;  // m, outside
+  double height = 0.0;  // m
+  double wall = 0.0;    // m
+  double bottom = 0.0;  // m
+};
+
+// Elements get smaller towards the corner inside, at which stress is singular.
+RevolvedBody cup(const char* name, const CupSize& size) {
   const auto rectangle = [](Vector2 low, Vector2 high, bool upright) {
     return [=](double along, double across) -> Vector2 {
       const Vector2 share = upright ? Vector2(across, along) : Vector2(along, across);
       return low + share.cwiseProduct(high - low);
     };
   };
-  const double inside = kRadius - kWall;
-  return {.name = "cup",
-          .section = {{rectangle({0.0, 0.0}, {inside, kWall}, false), 6},
-                      {rectangle({inside, 0.0}, {kRadius, kWall}, false), 1},
-                      {rectangle({inside, kWall}, {kRadius, kHeight}, true), 9}},
-          .outline = {{0.0, 0.0},
-                      {kRadius, 0.0},
-                      {kRadius, kHeight},
-                      {inside, kHeight},
-                      {inside, kWall},
-                      {0.0, kWall}}};
+  const auto& [radius, height, wall, bottom] = size;
+  const double inside = radius - wall;
+  const double far = inside - 2.0 * wall;
+  const double near = inside - 0.5 * wall;
+  return {
+      .name = name,
+      .section = {{rectangle({0.0, 0.0}, {far, bottom}, false), 6},
+                  {rectangle({far, 0.0}, {near, bottom}, false), 2},
+                  {rectangle({near, 0.0}, {inside, bottom}, false), 2},
+                  {rectangle({inside, 0.0}, {radius, bottom}, false), 1},
+                  {rectangle({inside, bottom}, {radius, bottom + 0.5 * wall}, true), 2},
+                  {rectangle({inside, bottom + 0.5 * wall}, {radius, bottom + 2.0 * wall}, true),
+                   2},
+                  {rectangle({inside, bottom + 2.0 * wall}, {radius, height}, true), 9}},
+      .outline = {{0.0, 0.0},
+                  {radius, 0.0},
+                  {radius, height},
+                  {inside, height},
+                  {inside, bottom},
+                  {0.0, bottom}}};
 }
 
 }  // namespace
@@ -367,9 +381,15 @@ std::vector<RevolvedBody> revolvedBodies() {
                    [](double along) { return 0.003 - 0.0016 * along; }};
   const Wall tube{[](double along) -> Vector2 { return {0.015, 0.15 * along}; }, evenly(0.002)};
   const Wall ring{[](double along) -> Vector2 { return {0.05, 0.012 * along}; }, evenly(0.005)};
-  return {walled("bowl", bowl, 40), walled("cap", cap, 32),     cup(),
-          walled("cone", cone, 1),  walled("glass", glass, 40), walled("tube", tube, 1),
-          walled("ring", ring, 1)};
+  return {
+      walled("bowl", bowl, 40), walled("cap", cap, 32),     cup("cup", {0.04, 0.09, 0.003, 0.003}),
+      walled("cone", cone, 1),  walled("glass", glass, 40), walled("tube", tube, 1),
+      walled("ring", ring, 1)};
+}
+
+std::vector<RevolvedBody> otherCups() {
+  return {cup("dish", {0.06, 0.025, 0.0025, 0.0025}), cup("pot", {0.08, 0.07, 0.002, 0.003}),
+          cup("lid", {0.05, 0.012, 0.003, 0.002})};
 }
 
 }  // namespace carom::test

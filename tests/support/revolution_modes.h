@@ -38,5 +38,7 @@ SurfaceMesh revolvedMesh(const RevolvedBody& body, int sides);
 
 /// Shells of ordinary size: a bowl, a spherical cap, a cup, a cone, a glass, a tube, a ring.
 std::vector<RevolvedBody> revolvedBodies();
+/// A dish, a pot and a lid, with sharp corners inside as the cup has one.
+std::vector<RevolvedBody> otherCups();
 
 }  // namespace carom::test
