@@ -182,6 +182,7 @@ double CoupledContact::mostChange(const CoupledImpact& impact, double restitutio
                                   bool isToGrow) const {
   const double lost = std::max(course_.energy.lost, 0.0);
   const double square = restitution * restitution;
+  if (!isToGrow && square >= 1.0) return std::numeric_limits<double>::infinity();
   const double change = isToGrow ? lost : kMoreLoss * lost * square / (1.0 - square);
   const double parting = course_.impulse - impact.mass * impact.speed;
   return std::hypot(parting, std::sqrt(2.0 * impact.mass * change)) - std::abs(parting);
