@@ -386,8 +386,8 @@ class SplineGridder {
       }
     }
     std::ranges::sort(mesh.openCells);
-    const auto repeated = std::ranges::unique(mesh.openCells);
-    mesh.openCells.erase(repeated.begin(), repeated.end());
+    mesh.openCells.erase(std::unique(mesh.openCells.begin(), mesh.openCells.end()),
+                         mesh.openCells.end());
   }
 
   // The surface on a grid, its triangles seen from outside: in cells, where all are equal.

@@ -268,7 +268,7 @@ struct CupSize {
 
 // Elements get smaller towards the corner inside, at which stress is singular.
 RevolvedBody cup(const char* name, const CupSize& size) {
-  const auto rectangle = [](Vector2 low, Vector2 high, bool upright) {
+  const auto rectangle = [](const Vector2& low, const Vector2& high, bool upright) {
     return [=](double along, double across) -> Vector2 {
       const Vector2 share = upright ? Vector2(across, along) : Vector2(along, across);
       return low + share.cwiseProduct(high - low);
