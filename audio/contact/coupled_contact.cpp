@@ -10,6 +10,8 @@ namespace carom::audio {
 namespace {
 
 constexpr double kFewestSteps = 24.0;  ///< in the duration without modes
+/// The same of a contact that is to lose energy: at first, its force leaps.
+constexpr double kFewestLossySteps = 32.0;
 constexpr double kMostSteps = 1024.0;  ///< in the duration without modes
 /// s. The force is heard as impulses, one for each step: their rhythm must be no sound.
 constexpr double kLongestStep = 25e-6;
@@ -21,7 +23,7 @@ constexpr double kMostAngle = 2.0;
 constexpr double kMostHardening = 0.3;
 /// The restitution of a contact from which on it is elastic enough for the error of a step to be
 /// that of its spring. What loses more is as well off without the amendment.
-constexpr double kLeastElastic = 0.6;
+constexpr double kLeastElastic = 0.8;
 constexpr double kLongestRun = 16384.0;  ///< steps until a run counts as over
 constexpr double kLongestTime = 0.02;    ///< s of a run, or four elastic durations
 constexpr std::size_t kMostLeaps = 11;   ///< lengths of leaps: 2^0 to 2^10 steps
@@ -193,7 +195,8 @@ void CoupledContact::begin(const CoupledImpact& impact) {
   for (const ContactMode& mode : knownModes(impact))
     fastest = std::max(fastest, mode.frequency);
   const double duration = elasticDuration(impact);
-  step_ = duration / kFewestSteps;
+  const bool isElastic = impact.impulse >= (1.0 + kLeastElastic) * impact.mass * impact.speed;
+  step_ = duration / (isElastic ? kFewestSteps : kFewestLossySteps);
   if (fastest * step_ > kStepAngle) step_ = kStepAngle / fastest;
   step_ = std::max(std::min(step_, kLongestStep), duration / kMostSteps);
   const double longest = std::max(kLongestTime, 4.0 * duration);
