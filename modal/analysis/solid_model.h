@@ -55,9 +55,10 @@ struct SolidSurface {
 /// Grids of some 1200 degrees of freedom and of 2.2 times as many each time are solved until the
 /// errors are within the accuracy asked for, or the next one would be beyond kMostEntries: half a
 /// minute, 4 GB. A frequency's error is taken from its change since the grid before, as if it fell
-/// with the power 2.5 of the size of a cell, or from its last two changes; with the power 0.8 where
-/// the body has sharp inner edges that the grid has no lines for (SplineMesh::openEdges). Where a
-/// grid is set, two coarser ones are solved for the errors.
+/// with the power 2.5 of the size of a cell, or from its last two changes. What sharp inner edges
+/// that the grid has no lines for (SplineMesh::openCells) make a frequency too high by is estimated
+/// from the mode's energy beside them and taken off. Where a grid is set, two coarser ones are
+/// solved for the errors.
 ///
 /// Errors: those of solidSystem and lowestModes, and cancelled. [any thread], allocates.
 Result<SolidAnalysis> analyseSolid(const SolidSurface& surface, const Material& material,
