@@ -33,7 +33,7 @@ constexpr double kDiagonal = 0.4142135623730951;
 /// Steps. To look for a leap and to take it costs as much as some steps of which each is taken.
 constexpr std::size_t kLeastLeap = 12;
 constexpr double kImpulseTolerance = 1e-2;  ///< of the impulse, relative
-/// Of the impulse, relative: what another damping has to change it by to be tried.
+/// Another damping is tried if the impulse may change by more than this share of it.
 constexpr double kLeastChange = 2.5e-3;
 constexpr int kMostRuns = 6;         ///< of one impact, to find its damping
 constexpr int kMostIterations = 40;  ///< of Newton's method, which takes three
@@ -42,8 +42,9 @@ constexpr int kFewIterations = 8;    ///< of the quick one, which takes one or t
 constexpr double kDepthTolerance = 1e-6;
 constexpr double kRootTolerance = 1e-5;  ///< the same of the root of a depth
 constexpr std::size_t kMostBeyond = 4;   ///< modes that stand for those above the known ones
-/// Of their distance: so fast they decay that what they give back at the beat of their distance,
-/// where there are more modes in fact, is e^(-2 pi 0.4) of what they got.
+/// Those modes decay by this share of their distance (rad/s). So a body that has more modes there
+/// than four, evenly spread, answers once: of what four give back when they are in step
+/// again, e^(-2 pi 0.4) is left.
 constexpr double kDecayBeyond = 0.4;
 /// By how much more than rigid bodies would need the restitution is lowered, to come below the
 /// wanted one.
@@ -280,8 +281,8 @@ void CoupledContact::run(const CoupledImpact& impact, double restitution) {
     state_.depth = freeDepth - compliance_ * force;
     state_.approach += step_ * (state_.speed - 0.5 * step_ * force / impact.mass);
     state_.speed -= step_ * force / impact.mass;
-    // What the step's force adds is known at once: so the modes can turn while the next force is
-    // looked for.
+    // The processor can turn the modes while it looks for the next force, as that needs only what
+    // the modes without this step's force will give, and what this force adds.
     retreat = ahead + pushed * force;
     ahead = kernels_.turn(modes, force);
     const double change = state_.depth - before.depth;
@@ -339,14 +340,15 @@ std::optional<double> CoupledContact::forceWithin(double freeDepth, const Law& l
     if (!(b > 0.0)) return std::nullopt;
     const double loss = 1.0 + rate * (b * b - state_.depth);
     if (loss <= 0.0) return std::nullopt;
+    const double between = a + b;
     const Growing elastic = law.spring.changeBetween(a, b);
     const double change = elastic.value * loss;
     const double slope = elastic.slope * loss + elastic.value * rate * 2.0 * b;
-    // b is where the depth is what is left of the free one: times a + b, without a quotient.
+    // At the root the depth is what the force leaves of the free one. Times a + b, that equation
+    // has no quotient.
     const double left = freeDepth - b * b;
     const double moved =
-        (left * (a + b) - compliance_ * change) / (2.0 * b * (a + b) - left + compliance_ * slope);
-    const double between = a + b;
+        (left * between - compliance_ * change) / (2.0 * b * between - left + compliance_ * slope);
     b += moved;
     if (std::abs(moved) > kRootTolerance * (a + b)) continue;
     const double inverse = 1.0 / between;

@@ -242,8 +242,8 @@ TEST(CoupledContact, WithoutModesIsHertzContact) {
     EXPECT_NEAR(node.weight / course.impulse, pulse.force(node.u * stretch) * spacing, 3e-4);
 }
 
-// What stands for the modes above 20 kHz gives way as much as about half of all those of a thin
-// plate do, of which the other half lies above 40 kHz.
+// The modes that stand for those above 20 kHz give way as a thin plate's own do between 20 and 40
+// kHz, which is half of what all above 20 kHz give.
 TEST(CoupledContact, ModesBeyondGiveWayAsTheNextOctaveDoes) {
   const std::vector<ContactMode> all = plateModes(120);
   std::vector<ContactMode> modes = lowOnes(all, 20e3);
