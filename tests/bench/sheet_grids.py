@@ -179,7 +179,7 @@ def main():
     options.add_argument("--carom", type=Path, required=True)
     options.add_argument("--unknowns", type=int, default=40000, help="of the grid that the defaults are compared with")
     options.add_argument("--modes", action="store_true", help="list them all")
-    options.add_argument("--short", action="store_true", help="grids of 1000 and 2000 unknowns, to see that all of it runs")
+    options.add_argument("--short", action="store_true", help="two bodies, grids of 1000 and 2000 unknowns, to see that all of it runs")
     chosen = options.parse_args()
     if not chosen.carom.is_file():
         options.error(f"{chosen.carom}: there is no such program; expected carom as it was built")
@@ -189,6 +189,8 @@ def main():
             folder = Path(folder)
             mesh = folder / f"{name.replace(' ', '_')}.obj"
             mesh.write_text(make(), encoding="utf-8")
+            if chosen.short and name not in ("bent plate", "bracket"):
+                continue
             usual = modes_of(chosen.carom, mesh, folder, *(["--dofs", "1000"] if chosen.short else []))
             fine = modes_of(chosen.carom, mesh, folder, "--dofs", "2000" if chosen.short else str(chosen.unknowns))
         errors = [one["frequency_hz"] / other["frequency_hz"] - 1 for one, other in zip(usual["modes"], fine["modes"])]

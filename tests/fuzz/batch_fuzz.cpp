@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <string>
 #include <string_view>
 
 #include "lab/batch/batch_spec.h"
@@ -47,9 +48,11 @@ void draw(const BatchSpec& spec, std::uint64_t index) {
 /// place.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view text(reinterpret_cast<const char*>(data), size);
-  const auto spec = parseBatch(text, "fuzz.json");
+  // In a folder with files, which patterns may be like.
+  const std::string name = CAROM_SOURCE_DIR "/tests/fuzz/corpus/mesh/fuzz.json";
+  const auto spec = parseBatch(text, name);
   if (!spec) {
-    require(std::string_view(spec.error().message).starts_with("fuzz.json: "));
+    require(std::string_view(spec.error().message).starts_with(name + ": "));
     return 0;
   }
   require(!spec->branches.empty() && spec->count > 0);

@@ -32,6 +32,7 @@ class GltfMaker {
     for (std::size_t index = 0; index < meshes; ++index)
       addMesh();
     addNodes(meshes);
+    if (numbers_.rarely(64)) addOddities();
     file_["asset"] = {{"version", "2.0"}};
     json buffer = {{"byteLength", wildCount(data_.size())}};
     if (!isBinary) buffer["uri"] = "data:application/octet-stream;base64," + base64();
@@ -132,6 +133,7 @@ class GltfMaker {
   }
   void addMesh() {
     const std::size_t vertices = 3 + numbers_.below(12);
+    vertices_.push_back(vertices);
     json primitive = {{"attributes", {{"POSITION", addPositions(vertices)}}}};
     if (numbers_.chance(200)) primitive["indices"] = addIndices(1 + numbers_.below(8), vertices);
     if (numbers_.rarely(48)) primitive["mode"] = wildCount(numbers_.below(7));
@@ -168,6 +170,29 @@ class GltfMaker {
     file_["scene"] = wildCount(0);
   }
 
+  /// What is drawn last, as inputs of before were to keep their meaning: a second set of
+  /// coordinates, extensions, and what is missing.
+  void addOddities() {
+    const std::size_t which = numbers_.below(file_["meshes"].size());
+    json& attributes = file_["meshes"][which]["primitives"][0]["attributes"];
+    if (numbers_.chance(128)) attributes["TEXCOORD_0"] = addPairs(vertices_[which]);
+    if (numbers_.rarely(32)) attributes.erase("POSITION");
+    if (numbers_.rarely(32)) file_.erase("scene");
+    if (numbers_.rarely(16)) file_.erase("scenes");
+    constexpr std::array kNames = {"KHR_draco_mesh_compression", "EXT_meshopt_compression",
+                                   "KHR_texture_transform"};
+    if (numbers_.rarely(48))
+      file_["extensionsRequired"] = json::array({kNames[numbers_.below(kNames.size())]});
+  }
+  json addPairs(std::size_t count) {
+    if (numbers_.rarely(32)) ++count;
+    const std::vector<float> values(2 * count, 0.25F);
+    return addAccessor({{"bufferView", wildCount(addView(append(values), 8 * count))},
+                        {"componentType", numbers_.rarely(16) ? 5121 : kFloat},
+                        {"count", wildCount(count)},
+                        {"type", typeOr("VEC2")}});
+  }
+
   std::string base64() const {
     constexpr std::string_view kDigits =
         "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -202,6 +227,7 @@ class GltfMaker {
 
   FuzzNumbers& numbers_;
   json file_;
+  std::vector<std::size_t> vertices_;  // of each mesh
   std::string data_;
 };
 

@@ -22,15 +22,41 @@ const std::vector<std::byte>& wholeFile() {
   return *file;
 }
 
+// First bytes of inputs: the file is cut, words of it are changed, there is none.
+constexpr std::uint8_t kCut = 255;
+constexpr std::uint8_t kWords = 254;
+constexpr std::uint8_t kNoFile = 253;
+
+/// Where in the file what it says of itself begins: its convention, its units, its sizes.
+const std::vector<std::size_t>& wordsOfFile() {
+  static const std::vector<std::size_t> places = [] {
+    const auto& bytes = wholeFile();
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    std::vector<std::size_t> found;
+    for (const std::string_view word :
+         {"SimpleFreeFieldHRIR", "FIR", "hertz", "spherical", "cartesian", "Units", "Type", "TREE"})
+      for (std::size_t at = text.find(word); at != text.npos; at = text.find(word, at + 1))
+        found.push_back(at);
+    return found;
+  }();
+  return places;
+}
+
 /// Changes up to 32 bytes, at places that five bytes of the fuzzer name with their value; most in
-/// the first and the last 16 kB, where the structure of the file is. A first byte of 255 cuts the
-/// file.
+/// the first and the last 16 kB, where the structure of the file is. If its first byte is `kCut`,
+/// it cuts the file; if `kWords`, it changes words.
 std::vector<std::byte> damaged(FuzzNumbers& numbers) {
   std::vector<std::byte> bytes = wholeFile();
-  const bool isCut = numbers.byte() == 255;
+  const std::uint8_t first = numbers.byte();
+  const bool isCut = first == kCut;
   for (int change = 0; change < 32 && !numbers.isEmpty(); ++change) {
     const std::size_t kind = numbers.below(4);
     const std::size_t place = numbers.byte() * 65536U + numbers.byte() * 256U + numbers.byte();
+    if (first == kWords) {
+      const std::size_t at = wordsOfFile()[place % wordsOfFile().size()] + kind;
+      bytes[std::min(at, bytes.size() - 1)] = std::byte{numbers.byte()};
+      continue;
+    }
     const std::size_t near = place % std::min<std::size_t>(16384, bytes.size());
     const std::size_t at = kind == 0   ? place % bytes.size()
                            : kind == 1 ? bytes.size() - 1 - near
@@ -56,8 +82,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::span bytes(data, size);
   carom::fuzz::FuzzNumbers numbers(bytes);
   const bool isFile = size >= 4 && data[0] == 0x89 && data[1] == 'H' && data[2] == 'D';
-  const std::filesystem::path file = carom::fuzz::scratchFolder() / "fuzz.sofa";
-  if (isFile)
+  std::filesystem::path file = carom::fuzz::scratchFolder() / "fuzz.sofa";
+  if (size == 2 && data[0] == carom::fuzz::kNoFile)
+    file = data[1] % 2 == 0 ? carom::fuzz::scratchFolder() : file / "nothing";
+  else if (isFile)
     carom::fuzz::write(file, std::as_bytes(bytes));
   else
     carom::fuzz::write(file, carom::fuzz::damaged(numbers));

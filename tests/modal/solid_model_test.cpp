@@ -628,7 +628,9 @@ TEST(SolidModel, AStripWithASharpCornerIsTheFrameThatItIs) {
 // grids are small beside what is left: on such a grid 3.5 % and more, which the energy in the cells
 // at the corner tells.
 TEST(SolidModel, ACupWithASharpCornerInsideIsAsSureAsItSays) {
-  const test::RevolvedBody cup = test::revolvedBodies()[2];
+  test::RevolvedBody cup = test::revolvedBodies()[2];
+  for (test::SectionPart& part : cup.section)  // away from the corner, enough for five modes
+    if (part.elements > 2) part.elements = 2 * part.elements / 3;
   const Material& ceramic = *findMaterial("ceramic");
   const std::vector<double> expected = test::revolutionFrequencies(cup, ceramic, 5);
   SolidSettings settings;
