@@ -20,6 +20,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "audio/io/partial_file.h"
 #include "carom/modal/mesh_file.h"
 #include "carom/modal/model_cache.h"
 
@@ -134,6 +135,20 @@ Status FitCommand::checkOptions() const {
     return valid;
   if (!output_.empty() && fs::exists(output_) && !fs::is_directory(output_))
     return Error{"--output: " + output_ + " is a file; expected the name of a folder"};
+  if (!output_.empty()) return checkKept();
+  return std::monostate{};
+}
+
+/// Refuses a folder in which a file that is written would take the place of one that is read.
+Status FitCommand::checkKept() const {
+  std::vector<std::string> read = taps_;
+  read.insert(read.end(), {mesh_, material_});
+  for (const char* const name : kFitFiles)
+    for (const std::string& file : read)
+      if (!file.empty() && audio::isSameFile(fs::path(output_) / name, file))
+        return Error{"--output: " + (fs::path(output_) / name).string() +
+                     " would take the place of " + file +
+                     ", which is read; expected another folder"};
   return std::monostate{};
 }
 

@@ -30,6 +30,7 @@ class FitCommand {
  private:
   void addBody();
   Status checkOptions() const;
+  Status checkKept() const;
   Result<Material> startMaterial() const;
   int readTaps(lab::FitOutcome& outcome) const;
   int fitMesh(lab::FitOutcome& outcome) const;

@@ -284,32 +284,17 @@ Status JelloCommand::writeModes(const Scene& scene) const {
   return writeModel(modes_, *model);
 }
 
-/// Returns the name that a file has until the run is complete; nothing if the name is empty.
-std::optional<std::filesystem::path> JelloCommand::outputOf(const std::string& name) const {
-  if (name.empty()) return std::nullopt;
-  return run_.keepPartial ? incompleteName(name) : std::filesystem::path(name);
-}
-
-/// Gives the files of a complete run their names.
-Status JelloCommand::nameComplete() const {
-  if (!run_.keepPartial) return std::monostate{};
-  for (const std::string* name : {&output_, &trajectory_, &energy_}) {
-    if (name->empty()) continue;
-    std::error_code failed;
-    std::filesystem::rename(incompleteName(*name), *name, failed);
-    if (failed) return Error{*name + ": cannot be written: " + failed.message()};
-  }
-  return std::monostate{};
-}
-
 bool JelloCommand::parsed() const {
   return command_->parsed();
 }
 
 /// Returns what the command line asks for; `guard` and `bar` are borrowed, `sound` is where the
-/// sound goes if that is standard output.
-JelloOptions JelloCommand::optionsFor(RunGuard& guard, ProgressBar& bar,
-                                      const std::string& sound) const {
+/// sound goes if that is standard output, and `names` are those of files until the run is complete.
+JelloOptions JelloCommand::optionsFor(RunGuard& guard, ProgressBar& bar, const std::string& sound,
+                                      IncompleteNames& names) const {
+  const auto outputOf = [&names](const std::string& name) {
+    return name.empty() ? std::nullopt : std::optional(names.of(name));
+  };
   JelloOptions options;
   options.guard = &guard;
   options.keepPartial = run_.keepPartial;
@@ -346,7 +331,8 @@ int JelloCommand::runScene(const Scene& scene, const OutputTarget& target) const
   RunGuard guard(scene, run_.limits());
   if (const std::string why = lab::longRunWarning(lab::estimateRun(scene)); !why.empty())
     warn(world_ + ": " + why);
-  Result<JelloRun> run = JelloRun::create(scene, optionsFor(guard, bar, target.path()));
+  IncompleteNames names(run_.keepPartial);
+  Result<JelloRun> run = JelloRun::create(scene, optionsFor(guard, bar, target.path(), names));
   if (guard.ended()) return endedEarly(world_, *guard.ended(), "");
   if (!run) return fail(kBadInput, world_ + ": " + run.error().message);
   if (const std::string why = instabilityWarning(run->choice().stepping, run->limit());
@@ -362,7 +348,7 @@ int JelloCommand::runScene(const Scene& scene, const OutputTarget& target) const
     return endedEarly(world_, *report->endedEarly,
                       run_.keepPartial ? "the files called .incomplete" : "");
   }
-  if (const Status named = nameComplete(); !named) return fail(kFailed, named.error().message);
+  if (const Status named = names.complete(); !named) return fail(kFailed, named.error().message);
   if (const Status sent = target.finish(); !sent) return fail(kFailed, sent.error().message);
   const int answered = answer(json_ ? jsonText(jsonOf(*run, *report)) : textOf(*run, *report));
   if (!report->blowUp.empty())

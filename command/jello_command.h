@@ -10,6 +10,7 @@
 
 #include "carom/audio/result.h"
 #include "scenes/format/scene.h"
+#include "scenes/limits/incomplete_names.h"
 #include "scenes/run/jello_run.h"
 
 namespace CLI {
@@ -31,12 +32,11 @@ class JelloCommand {
 
  private:
   Result<Scene> readScene() const;
-  std::optional<std::filesystem::path> outputOf(const std::string& name) const;
-  Status nameComplete() const;
   Status checkOutputs() const;
   void applyStepping(JelloShape& jello) const;
   Status writeModes(const Scene& scene) const;
-  JelloOptions optionsFor(RunGuard& guard, ProgressBar& bar, const std::string& sound) const;
+  JelloOptions optionsFor(RunGuard& guard, ProgressBar& bar, const std::string& sound,
+                          IncompleteNames& names) const;
   int runScene(const Scene& scene, const OutputTarget& target) const;
 
   CLI::App* command_;

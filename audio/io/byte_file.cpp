@@ -47,9 +47,13 @@ std::error_code makeFolder(const fs::path& folder) {
 bool isBelow(const std::filesystem::path& file, const std::filesystem::path& folder) {
   namespace fs = std::filesystem;
   std::error_code failed;
-  const fs::path root = fs::weakly_canonical(fs::absolute(folder.empty() ? "." : folder), failed);
+  const auto wholePath = [&failed](const fs::path& path) {
+    const fs::path absolute = fs::absolute(path, failed);
+    return failed ? fs::path() : fs::weakly_canonical(absolute, failed);
+  };
+  const fs::path root = wholePath(folder.empty() ? "." : folder);
   if (failed) return false;
-  const fs::path target = fs::weakly_canonical(fs::absolute(file), failed);
+  const fs::path target = wholePath(file);
   if (failed) return false;
   const fs::path way = target.lexically_relative(root);
   return !way.empty() && *way.begin() != "..";

@@ -94,6 +94,7 @@ struct SoundFileWriter::State {
 
   Status open();
   Status fail(const std::string& reason);
+  Status close();
   std::string salvage();
   Status append(std::span<const float* const> channels, std::size_t begin, std::size_t frames);
   float take(float pressure);
@@ -109,6 +110,7 @@ struct SoundFileWriter::State {
   SoundFileSettings settings;
   PartialFile partial;  // declared before `file`, which is closed before this is removed
   std::optional<WavStream> file;
+  std::uint64_t total = 0;  // frames of the partial file, once that is closed
   std::vector<fs::path> recovered;
   std::optional<Limiter> limiter;
   std::size_t delay = 0;  // frames of the limiter's delay that are still to come out
@@ -126,13 +128,19 @@ Status SoundFileWriter::State::fail(const std::string& reason) {
   return failure(path, reason + salvage());
 }
 
+/// Closes the partial file, if it is open.
+Status SoundFileWriter::State::close() {
+  if (!file) return std::monostate{};
+  total = file->frames();
+  return std::exchange(file, std::nullopt)->close();
+}
+
 /// Keeps what was written so far, if that is wanted. Returns the end of a sentence that says where.
 std::string SoundFileWriter::State::salvage() {
-  if (!settings.keepIncomplete || !file) return {};
-  const double seconds = static_cast<double>(file->frames()) / settings.sampleRate;
-  (void)file->close();  // its header says what is there
-  file.reset();
-  if (seconds == 0.0) return {};
+  if (!settings.keepIncomplete || partial.path().empty()) return {};
+  (void)close();  // its header says what is there
+  if (total == 0) return {};
+  const double seconds = static_cast<double>(total) / settings.sampleRate;
   const Result<fs::path> kept = partial.keepIncomplete();
   const std::string where = kept ? "are in '" + kept->string() + "'" : kept.error().message;
   return "; the " + numberText(seconds) + " s before " + where;
@@ -233,11 +241,14 @@ Status SoundFileWriter::State::normalizeInto(const PartialFile& target) {
   if (!louder) return louder.error();
   const float loudest = loudestSample();
   block.resize(kBlockSamples / settings.channels * settings.channels);
-  for (;;) {
+  std::uint64_t left = total * settings.channels;
+  while (left > 0) {
     const sf_count_t count =
         sf_read_float(source.get(), block.data(), static_cast<sf_count_t>(block.size()));
-    if (count <= 0) break;
-    const std::span<float> part(block.data(), static_cast<std::size_t>(count));
+    if (count <= 0) return Error{"cannot be read back to its end"};
+    const std::span<float> part(block.data(),
+                                std::min<std::uint64_t>(left, static_cast<std::uint64_t>(count)));
+    left -= part.size();
     // Divided, not multiplied by a reciprocal: the loudest sample is then 1 exactly.
     for (float& sample : part)
       sample /= loudest;
@@ -305,8 +316,7 @@ Status SoundFileWriter::finish() {
   State& state = *state_;
   if (!state.file || state.failed) return failure(state.path, "is finished or has failed");
   if (Status flushed = state.flushLimiter(); !flushed) return flushed;
-  const Status closed = std::exchange(state.file, std::nullopt)->close();
-  if (!closed) return state.fail(closed.error().message);
+  if (const Status closed = state.close(); !closed) return state.fail(closed.error().message);
   return state.settings.normalize ? state.finishNormalized() : state.giveName(state.partial);
 }
 

@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kTolerance = 1e-6;  // 1 for directions; m for places, where it only decides edges
 constexpr int kMaxOrder = 32;
+constexpr std::size_t kMostReflectors = 1000;  // each is compared with all others
 
 /// Two walls that face each other: low <= normal . x <= low + size.
 struct Pair {
@@ -57,6 +58,9 @@ Status checkRoom(const Room& room) {
     return Error{"order is " + std::to_string(room.order) + ", must be 0 to " +
                  std::to_string(kMaxOrder)};
   }
+  if (room.reflectors.size() > kMostReflectors)
+    return Error{std::to_string(room.reflectors.size()) + " reflectors, must be at most " +
+                 std::to_string(kMostReflectors)};
   for (std::size_t index = 0; index < room.reflectors.size(); ++index) {
     if (Status checked = checkReflector(room, index); !checked) return checked;
   }

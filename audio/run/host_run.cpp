@@ -229,6 +229,13 @@ void codeListener(auto& archive, auto& record) {
     codePose(archive, pose);
 }
 
+void codePiece(auto& archive, auto& piece) {
+  archive.number(piece.listener);
+  archive.count(piece.poses, 8 * sizeof(double));
+  for (auto& pose : piece.poses)
+    codePose(archive, pose);
+}
+
 struct WorldRecord {
   SynthRecord synth;
   std::vector<ListenerRecord> listeners;
@@ -498,6 +505,54 @@ Result<std::optional<HostBody>> HostDecoder::takeRecord(std::span<const std::byt
   return Error{"has a record of a kind that there is not"};
 }
 
+std::vector<std::byte> encodedPath(const PathPiece& piece) {
+  std::vector<std::byte> bytes;
+  FieldWriter writer(bytes);
+  codePiece(writer, piece);
+  return bytes;
+}
+
+Result<PathPiece> decodedPath(std::span<const std::byte> bytes) {
+  PathPiece piece;
+  FieldReader reader(bytes, 0);
+  codePiece(reader, piece);
+  reader.end();
+  if (!reader.fault().empty()) return Error{reader.fault()};
+  return piece;
+}
+
+std::vector<PathPiece> takeLongPaths(HostWorld& world) {
+  std::vector<PathPiece> pieces;
+  std::size_t poses = 0;
+  for (const std::vector<ListenerPose>& path : world.paths)
+    poses += path.size();
+  if (poses <= kMostPiecePoses) return pieces;
+  for (std::uint32_t listener = 0; listener < world.paths.size(); ++listener) {
+    const std::vector<ListenerPose> path = std::exchange(world.paths[listener], {});
+    for (std::size_t first = 0; first < path.size(); first += kMostPiecePoses) {
+      const auto from = path.begin() + static_cast<std::ptrdiff_t>(first);
+      const std::size_t count = std::min(kMostPiecePoses, path.size() - first);
+      pieces.push_back({listener, {from, from + static_cast<std::ptrdiff_t>(count)}});
+    }
+  }
+  return pieces;
+}
+
+Status putBack(std::vector<PathPiece> pieces, HostWorld& world) {
+  std::vector<std::vector<ListenerPose>> paths(world.paths.size());
+  for (const PathPiece& piece : pieces) {
+    if (piece.listener >= paths.size()) return Error{"has a path of a listener that there is not"};
+    std::vector<ListenerPose>& path = paths[piece.listener];
+    path.insert(path.end(), piece.poses.begin(), piece.poses.end());
+  }
+  for (std::size_t listener = 0; listener < paths.size(); ++listener) {
+    std::vector<ListenerPose>& path = world.paths[listener];
+    path.insert(path.begin(), paths[listener].begin(), paths[listener].end());
+    if (!isPath(path)) return Error{"has a path of a listener that is none"};
+  }
+  return std::monostate{};
+}
+
 std::vector<std::byte> encodedWorld(const HostWorld& world) {
   WorldRecord record;
   record.synth.synth = world.synth;
@@ -522,14 +577,19 @@ std::vector<std::byte> encodedWorld(const HostWorld& world) {
 
 Result<HostWorld> decodedWorld(std::span<const std::byte> bytes) {
   constexpr std::uint32_t kHighestOrder = 32;
+  constexpr std::size_t kMostListeners = 256;
+  constexpr double kLongestRun = 1e7;    // s
+  constexpr double kLatestBegin = 1e12;  // s
   WorldRecord record;
   FieldReader reader(bytes, 0);
   codeWorld(reader, record);
   reader.end();
   if (!reader.fault().empty()) return Error{reader.fault()};
   if (record.synth.order > kHighestOrder) return Error{"has a room of an order above 32"};
-  if (!(record.duration > 0.0) || !std::isfinite(record.duration) || !std::isfinite(record.begin))
-    return Error{"has a duration that is none"};
+  if (!(record.duration > 0.0 && record.duration <= kLongestRun) ||
+      !(std::abs(record.begin) <= kLatestBegin))
+    return Error{"has a duration that is none, or above 1e7 s"};
+  if (record.listeners.size() > kMostListeners) return Error{"has more than 256 listeners"};
   HostWorld world;
   world.synth = std::move(record.synth.synth);
   world.synth.room.order = static_cast<int>(record.synth.order);

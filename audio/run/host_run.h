@@ -95,6 +95,25 @@ class HostDecoder {
   std::vector<Shared> shared_;  // by number - 1
 };
 
+/// Poses of a listener that are in parts of their own: of a path that is too long for the world's.
+struct PathPiece {
+  std::uint32_t listener = 0;
+  std::vector<ListenerPose> poses;
+};
+/// Most poses of all paths of a run, and of one piece.
+inline constexpr std::size_t kMostPathPoses = std::size_t{1} << 24U;
+inline constexpr std::size_t kMostPiecePoses = std::size_t{1} << 20U;
+
+std::vector<std::byte> encodedPath(const PathPiece& piece);
+/// An error is the second half of a sentence. [any thread]
+Result<PathPiece> decodedPath(std::span<const std::byte> bytes);
+
+/// Takes long paths out of a world, as pieces in their order. [any thread]
+std::vector<PathPiece> takeLongPaths(HostWorld& world);
+/// Puts the pieces back, before what the world has of those paths. Refuses pieces that make no path
+/// of a listener of the world, with the second half of a sentence. [any thread]
+Status putBack(std::vector<PathPiece> pieces, HostWorld& world);
+
 std::vector<std::byte> encodedWorld(const HostWorld& world);
 /// An error is the second half of a sentence. Numbers are looked at by whoever uses them, but for
 /// times, counts and poses. [any thread]

@@ -27,8 +27,9 @@ namespace carom::audio {
 /// The parts of a scene's run: one 'h' (scenes/recording/run_header.h), any number of 'p', each
 /// portions as encodedPortions says, and 'e'. Those of a host's run: 'b' and 'p' as they come, a
 /// 'b' being bodies as HostEncoder has them, from the portions behind it on; 'w', as encodedWorld
-/// says; and 'e'. In 'e' is a JSON object with the number of portions. A file that was cut has no
-/// end, and is refused there.
+/// says, behind an 'l' for each piece of a path that is too long for it (encodedPath); and 'e'. In
+/// 'e' is a JSON object with the number of portions. A file that was cut has no end, and is refused
+/// there.
 inline constexpr std::string_view kRunMagic = "caromrun";
 inline constexpr std::size_t kMostUnpacked = std::size_t{1} << 28U;  ///< bytes of a part
 inline constexpr std::uint32_t kSceneRun = 3;                        ///< versions

@@ -136,6 +136,33 @@ class Writer {
   std::vector<double> values_;
 };
 
+/// Looks at the numbers of a record as Reader will.
+class Inspector {
+ public:
+  void number(double value) { isSound_ = isSound_ && std::abs(value) <= kLargest; }
+  void radius(double value) { isSound_ = isSound_ && value >= 0.0; }
+  void body(BodyId) {}
+  void flag(bool) {}
+  void phase(ContactPhase) {}
+  void vector(const Vec3& v) {
+    for (const double component : v)
+      number(component);
+  }
+  void rotation(const Quat& q) { isSound_ = isSound_ && std::abs(q.norm() - 1.0) < kUnitTolerance; }
+
+  bool isSound() const { return isSound_; }
+
+ private:
+  bool isSound_ = true;
+};
+
+template <class Record>
+bool isSound(Record record) {
+  Inspector inspector;
+  describe(inspector, record);
+  return inspector.isSound();
+}
+
 /// Reads the numbers of records, in the order in which they were collected. What cannot be is
 /// remembered, and 0 in its place.
 class Reader {
@@ -406,6 +433,16 @@ Result<std::vector<RunPortion>> decodedPortions(std::span<const std::byte> bytes
       std::array{events->size(), contacts->size(), poses->size(), states->size(), pictures->size()})
     return Error{"has more records than its portions say"};
   return portions;
+}
+
+bool isReadable(const ImpulseEvent& event) {
+  return isSound(event);
+}
+bool isReadable(const ContactState& contact) {
+  return isSound(contact);
+}
+bool isReadable(const BodyPose& pose) {
+  return isSound(pose);
 }
 
 }  // namespace carom::audio

@@ -30,4 +30,10 @@ std::vector<std::byte> encodedPortions(std::span<const RunPortion> portions);
 Result<std::vector<RunPortion>> decodedPortions(std::span<const std::byte> bytes,
                                                 const RunShape& shape);
 
+/// True for what decodedPortions reads again: a record whose numbers are numbers, of at most 1e100,
+/// and whose orientations are of unit length, within 1e-3. [any thread]
+bool isReadable(const ImpulseEvent& event);
+bool isReadable(const ContactState& contact);
+bool isReadable(const BodyPose& pose);
+
 }  // namespace carom::audio

@@ -131,7 +131,14 @@ Status savePlan(const BatchPlan& plan) {
   if (failed)
     return Error{plan.folder.string() + ": cannot be made: " + failed.message() +
                  "; expected a folder that may be written"};
-  const std::string text = planJson(plan).dump(1) + "\n";
+  std::string text;
+  try {
+    text = planJson(plan).dump(1) + "\n";
+  } catch (const json::exception&) {
+    return Error{plan.folder.string() +
+                 ": it, or the batch's folder, has a name that is not UTF-8, which a plan cannot "
+                 "say; expected another name"};
+  }
   return audio::writeBytes(file, std::as_bytes(std::span(text)));
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <optional>
+#include <string_view>
 #include <system_error>
 
 #include "lab/batch/file_hash.h"
@@ -39,27 +40,62 @@ std::optional<BranchId> idOf(const ordered_json& line) {
   return BranchId{index->get<std::uint64_t>(), isNamed ? branch->get<std::string>() : ""};
 }
 
-void add(const std::string& text, BatchRows& rows) {
+/// True if a run of this plan may have told of that branch; failures may be of whole samples.
+bool isOfPlan(const BatchPlan& plan, const BranchId& id, bool isFailure) {
+  if (isFailure && id.second.empty()) return true;
+  return std::ranges::any_of(plan.spec.branches,
+                             [&](const BatchBranch& branch) { return branch.name == id.second; });
+}
+
+/// True for the name of a file as a run gives it: a row cannot have another one read or packed.
+bool isOwnFile(const BranchId& id, std::string_view name) {
+  const std::string begin = sampleFile(id.first, id.second, ".");
+  return name.starts_with(begin) && name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789._",
+                                                           begin.size()) == name.npos;
+}
+
+/// True for a row as a run writes it, but for what nothing is read from.
+bool isRow(const BranchId& id, const ordered_json& line) {
+  const auto isText = [&](const char* key) { return !line.contains(key) || line[key].is_string(); };
+  const auto isNumber = [&](const char* key) {
+    return !line.contains(key) || line[key].is_number();
+  };
+  if (!line.contains(kRowFiles.front().name)) return false;
+  for (const RowFile& keys : kRowFiles) {
+    if (!line.contains(keys.name)) continue;
+    if (!line[keys.name].is_string() || !isOwnFile(id, line[keys.name].get<std::string>()))
+      return false;
+    if (!line.contains(keys.bytes) || !line[keys.bytes].is_number_unsigned()) return false;
+    if (!line.contains(keys.hash) || !line[keys.hash].is_string()) return false;
+  }
+  constexpr std::array kSplits = {"train", "validation", "test"};
+  if (!isText("split") ||
+      (line.contains("split") && std::ranges::count(kSplits, line["split"]) == 0))
+    return false;
+  if (line.contains("parameters") && !line["parameters"].is_object()) return false;
+  constexpr std::array kNumbers = {"duration_s", "wall_s", "peak_pa", "events"};
+  return isText("version") && isText("cpu_features") && std::ranges::all_of(kNumbers, isNumber);
+}
+
+void add(const std::string& text, const BatchPlan& plan, BatchRows& rows) {
   ordered_json line = ordered_json::parse(text, nullptr, false);
   if (!line.is_object()) return;
   const auto id = idOf(line);
-  if (!id) return;
-  if (line.contains("failure")) {
+  const bool isFailure = line.contains("failure");
+  if (!id || !isOfPlan(plan, *id, isFailure)) return;
+  if (isFailure) {
     rows.failures[*id] = std::move(line);
-  } else if (line.contains("sha256") && line.contains("file") && line.contains("bytes")) {
+  } else if (isRow(*id, line)) {
     rows.rows[*id] = std::move(line);
   }
 }
 
 bool hasFile(const BatchPlan& plan, const ordered_json& row, const RowFile& keys, bool hashed) {
   if (!row.contains(keys.name)) return true;
-  const ordered_json& name = row.at(keys.name);
-  const auto size = row.find(keys.bytes);
-  if (!name.is_string() || size == row.end() || !size->is_number_unsigned()) return false;
-  const fs::path file = plan.folder / name.get_ref<const std::string&>();
+  const fs::path file = plan.folder / row.at(keys.name).get_ref<const std::string&>();
   std::error_code failed;
   const auto there = fs::file_size(file, failed);
-  if (failed || there != size->get<std::uintmax_t>()) return false;
+  if (failed || there != row.at(keys.bytes).get<std::uintmax_t>()) return false;
   if (!hashed) return true;
   const Result<std::string> hash = sha256OfFile(file);
   return hash && row.value(keys.hash, "") == *hash;
@@ -86,7 +122,7 @@ Result<BatchRows> readRows(const BatchPlan& plan) {
   for (const fs::path& file : files) {
     std::ifstream stream(file, std::ios::binary);
     for (std::string line; std::getline(stream, line);)
-      add(line, rows);
+      add(line, plan, rows);
   }
   const auto isBeyond = [&](const auto& entry) { return entry.first.first >= plan.spec.count; };
   std::erase_if(rows.rows, isBeyond);
@@ -129,7 +165,8 @@ Result<RowLog> RowLog::create(const BatchPlan& plan) {
 }
 
 Status RowLog::add(const ordered_json& line) {
-  stream_ << line.dump() << '\n' << std::flush;
+  stream_ << line.dump(-1, ' ', false, ordered_json::error_handler_t::replace) << '\n'
+          << std::flush;
   std::error_code ignored;
   if (stream_ && fs::exists(path_, ignored)) return std::monostate{};
   return Error{path_.string() + ": cannot be written; is it still there, and is there room?"};

@@ -47,7 +47,8 @@ struct BatchRows {
 /// Returns what the row's files were made on: version, instruction set and C library.
 std::string machineOf(const nlohmann::ordered_json& row);
 
-/// Reads what all runs have told. Lines that a run was killed in are left out. [any thread]
+/// Reads what all runs have told. Lines that a run was killed in are left out, and so is what no
+/// run of this plan writes: other branches, names of files elsewhere. [any thread]
 Result<BatchRows> readRows(const BatchPlan& plan);
 
 /// How a sample is found to be done.

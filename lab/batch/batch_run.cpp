@@ -23,6 +23,11 @@ using nlohmann::ordered_json;
 /// then only.
 constexpr double kGrace = 10.0;
 
+/// The text of a line; paths in messages may hold any bytes.
+std::string textOf(const ordered_json& line) {
+  return line.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+}
+
 ordered_json failureLine(std::uint64_t index, const SampleFailure& failure) {
   ordered_json line = {{"index", index}};
   if (!failure.branch.empty()) line["branch"] = failure.branch;
@@ -36,22 +41,19 @@ ordered_json failureLine(std::uint64_t index, const SampleFailure& failure) {
 std::string answerOf(SampleRunner& runner, std::uint64_t index) {
   try {
     const Result<SampleRunner::Outcome> outcome = runner.run(index);
-    if (!outcome) return ordered_json{{"stop", outcome.error().message}}.dump();
+    if (!outcome) return textOf({{"stop", outcome.error().message}});
     std::string text;
     for (const ordered_json& row : outcome->rows)
-      text += row.dump() + '\n';
+      text += textOf(row) + '\n';
     for (const SampleFailure& failure : outcome->failures)
-      text +=
-          failureLine(index, failure).dump(-1, ' ', false, ordered_json::error_handler_t::replace) +
-          '\n';
+      text += textOf(failureLine(index, failure)) + '\n';
     return text;
   } catch (const std::bad_alloc&) {
-    return failureLine(index, {"limit", "",
-                               "its memory has run out; expected a smaller scene, or more memory "
-                               "(\"limits\" in the batch)"})
-        .dump();
+    return textOf(failureLine(index, {"limit", "",
+                                      "its memory has run out; expected a smaller scene, or more "
+                                      "memory (\"limits\" in the batch)"}));
   } catch (const std::exception& error) {
-    return failureLine(index, {"failed", "", error.what()}).dump();
+    return textOf(failureLine(index, {"failed", "", error.what()}));
   }
 }
 

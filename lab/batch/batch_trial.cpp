@@ -1,7 +1,9 @@
 #include "lab/batch/batch_trial.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <sstream>
+#include <string>
 #include <system_error>
 
 #include "lab/batch/sample_run.h"
@@ -16,19 +18,22 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t kTried = 5;
 
-/// A folder that goes with this object.
+/// A folder that goes with this object, of a name that nothing else in the plan's folder has. If it
+/// cannot be made, no sample of the trial can be written, which says so.
 class TrialFolder {
  public:
-  explicit TrialFolder(const fs::path& beside) : path_(beside / "trial") {
+  explicit TrialFolder(const fs::path& beside) {
+    std::string name = (beside / "trial.XXXXXX").string();
+    isMade_ = ::mkdtemp(name.data()) != nullptr;
+    path_ = name;
     std::error_code ignored;
-    fs::remove_all(path_, ignored);
-    fs::create_directories(path_ / "samples", ignored);
+    if (isMade_) fs::create_directories(path_ / "samples", ignored);
   }
   TrialFolder(const TrialFolder&) = delete;
   TrialFolder& operator=(const TrialFolder&) = delete;
   ~TrialFolder() {
     std::error_code ignored;
-    fs::remove_all(path_, ignored);
+    if (isMade_) fs::remove_all(path_, ignored);
   }
 
   const fs::path& path() const { return path_; }
@@ -43,6 +48,7 @@ class TrialFolder {
 
  private:
   fs::path path_;
+  bool isMade_ = false;
 };
 
 void warn(BatchTrial& trial, std::uint64_t index, const std::string& what) {

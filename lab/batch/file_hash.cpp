@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <fstream>
 #include <new>
+#include <system_error>
 #include <vector>
 
 #include <openssl/evp.h>
@@ -64,6 +65,10 @@ std::string sha256(std::span<const std::byte> bytes) {
 }
 
 Result<std::string> sha256OfFile(const std::filesystem::path& file) {
+  // A device may have no end, and a pipe no beginning.
+  std::error_code failed;
+  if (!std::filesystem::is_regular_file(file, failed))
+    return Error{"is no regular file; expected one that may be read"};
   std::ifstream stream(file, std::ios::binary);
   if (!stream) return Error{"cannot be opened; expected a file that may be read"};
   FileHash hash;

@@ -81,23 +81,26 @@ NamedNumbers numbersOf(const SampleValues& values) {
   return numbers;
 }
 
-/// The place of a sample in the grids.
+/// The place of a sample in the grids, of which the first varies slowest.
 class GridPoint {
  public:
-  GridPoint(const BatchSpec& spec, std::uint64_t index)
-      : place_(index % gridPoints(spec)), points_(gridPoints(spec)) {}
+  GridPoint(const BatchSpec& spec, std::uint64_t index) {
+    for (auto one = spec.parameters.rbegin(); one != spec.parameters.rend(); ++one) {
+      if (one->kind != ParameterKind::grid) continue;
+      places_.push_back(static_cast<std::size_t>(index % one->values.size()));
+      index /= one->values.size();
+    }
+  }
 
-  /// Returns the index of the next grid's value; the first grid varies slowest.
-  std::size_t next(std::size_t values) {
-    points_ /= values;
-    const std::uint64_t at = place_ / points_;
-    place_ %= points_;
-    return static_cast<std::size_t>(at);
+  /// Returns the index of the next grid's value.
+  std::size_t next() {
+    const std::size_t place = places_.back();
+    places_.pop_back();
+    return place;
   }
 
  private:
-  std::uint64_t place_;
-  std::uint64_t points_;
+  std::vector<std::size_t> places_;  // the last grid's first
 };
 
 Status put(json& scene, const std::string& pointer, const json& value) {
@@ -138,7 +141,7 @@ Result<SampleValues> drawValues(const BatchSpec& spec, std::uint64_t index, std:
     json value;
     switch (parameter.kind) {
       case ParameterKind::grid:
-        value = parameter.values[point.next(parameter.values.size())];
+        value = parameter.values[point.next()];
         break;
       case ParameterKind::choice:
         value = parameter.values[chosen(parameter, random)];

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -50,9 +51,14 @@ std::vector<double> resynthesised(const FitOutcome& outcome, bool byMaterial);
 /// The spectrum of the loudest tap with the computed modes as lines, as a PNG file.
 std::string spectrumPicture(const FitOutcome& outcome);
 
-/// Writes a folder: material.json, model.carom_modes, modes.csv, spectrum.png, tap.wav, fitted.wav,
-/// measured.wav and index.html, which plays them. The files get their names when all are whole; if
-/// one cannot be written, none does. The folder is made if it is not there. [blocks on the disk]
+/// The files that writeFit may write.
+inline constexpr std::array kFitFiles = {"material.json", "model.carom_modes", "modes.csv",
+                                         "spectrum.png",  "tap.wav",           "fitted.wav",
+                                         "measured.wav",  "index.html"};
+
+/// Writes a folder: kFitFiles, of which index.html plays the sounds. The files get their names when
+/// all are whole; if one cannot be written, none does. The folder is made if it is not there.
+/// [blocks on the disk]
 Status writeFit(const std::filesystem::path& folder, const FitOutcome& outcome);
 
 }  // namespace carom::lab

@@ -14,15 +14,16 @@ namespace carom::lab {
 
 namespace {
 
-constexpr double kHop = 1e-3;         // s, of the course of levels
-constexpr double kRise = 10.0;        // of power: what an onset rises by
-constexpr double kFall = 4.0;         // of power: what a ring that begins at once falls by
-constexpr double kOnsetShare = 1e-3;  // of the peak's power: where the onset begins
-constexpr double kBlow = 1e-3;        // s, from the onset on: hammer and body are in contact
-constexpr double kNextBlow = 0.05;    // s, the least from one blow to the next
-constexpr double kNextShare = 0.02;   // of the peak's power: a blow as loud ends the ring
-constexpr double kMargin = 2e-3;      // s, from the background to the onset
-constexpr double kClipSearch = 0.3;   // s, after the onset: clipping later is another sound's
+constexpr double kHop = 1e-3;           // s, of the course of levels
+constexpr double kRise = 10.0;          // of power: what an onset rises by
+constexpr double kFall = 4.0;           // of power: what a ring that begins at once falls by
+constexpr double kOnsetShare = 1e-3;    // of the peak's power: where the onset begins
+constexpr double kBlow = 1e-3;          // s, from the onset on: hammer and body are in contact
+constexpr double kNextBlow = 0.05;      // s, the least from one blow to the next
+constexpr double kNextShare = 0.02;     // of the peak's power: a blow as loud ends the ring
+constexpr double kLargestSample = 1e6;  // of full scale: squares and spectra stay numbers
+constexpr double kMargin = 2e-3;        // s, from the background to the onset
+constexpr double kClipSearch = 0.3;     // s, after the onset: clipping later is another sound's
 
 Error refusal(const std::string& name, const std::string& why) {
   return {name + ": " + why};
@@ -142,6 +143,8 @@ Result<TapRecording> readTap(const std::filesystem::path& file) {
     for (std::size_t channel = 0; channel < channels; ++channel) {
       const double sample = frames[frame * channels + channel];
       if (!std::isfinite(sample)) return refusal(name, "it has samples that are not finite");
+      if (std::abs(sample) > kLargestSample)
+        return refusal(name, "it has samples beyond 1e6; expected full scale at 1");
       silent = silent && sample == 0.0;
       recording.channels[channel][frame] = sample;
     }

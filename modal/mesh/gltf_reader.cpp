@@ -19,6 +19,7 @@ namespace {
 using Place = Eigen::Affine3d;
 
 constexpr std::string_view kName = "its glTF";
+constexpr std::size_t kMostVisits = 1'000'000;
 
 /// The kinds of primitives, as the numbers of `mode` (3.7.2.1).
 enum class PrimitiveMode : std::uint8_t { points, lines, loop, lineStrip, triangles, strip, fan };
@@ -117,7 +118,12 @@ class GltfMeshReader {
   }
 
   void addMesh(const JsonNode& mesh, const Place& place) {
-    for (const JsonNode& primitive : mesh.member("primitives").elements()) {
+    const std::vector<JsonNode> primitives = mesh.member("primitives").elements();
+    // Nodes may share a mesh, so that there is more to do than a file is long.
+    visited_ += 1 + primitives.size();
+    if (visited_ > kMostVisits)
+      mesh.fail("is one of nodes that have more than a million primitives; expected fewer");
+    for (const JsonNode& primitive : primitives) {
       if (document_.error()) return;
       addPrimitive(primitive, place);
     }
@@ -197,6 +203,7 @@ class GltfMeshReader {
   GltfDocument document_;
   PolygonMesh all_;
   std::vector<bool> isSeen_;
+  std::size_t visited_ = 0;  // primitives and the nodes that have them
   std::uint32_t first_ = 0;  // of the vertices of the present primitive
   bool isMirrored_ = false;
 };

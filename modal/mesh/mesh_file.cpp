@@ -95,8 +95,9 @@ Result<LoadedMesh> surfaceOf(const PolygonMesh& mesh, const MeshImport& import) 
           "vertex " + std::to_string(loose.vertices.size() - 1) +
           " is not finite or too far away; expected coordinates from -1e9 to 1e9 (metres)"};
   }
+  PolygonCutter cutter(loose.vertices);
   for (std::size_t index = 0; index < mesh.polygons(); ++index)
-    triangulate(mesh.polygon(index), loose.vertices, loose.triangles);
+    cutter.cut(mesh.polygon(index), loose.triangles);
   std::vector<std::uint32_t> kept;
   result.surface = welded(loose, import.weldTolerance * extentOfPoints(loose.vertices), &kept);
   // Texture coordinates come from the vertices before welding: along a seam one place has two.

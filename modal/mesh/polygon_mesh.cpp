@@ -1,6 +1,7 @@
 #include "modal/mesh/polygon_mesh.h"
 
 #include <algorithm>
+#include <optional>
 
 namespace carom::modal {
 namespace {
@@ -16,18 +17,25 @@ Vec3 twiceAreaOf(std::span<const std::uint32_t> polygon, const std::vector<Vec3>
 
 class EarCutter {
  public:
-  EarCutter(std::span<const std::uint32_t> polygon, const std::vector<Vec3>& vertices)
+  /// Takes its looks at corners from `looks`.
+  EarCutter(std::span<const std::uint32_t> polygon, const std::vector<Vec3>& vertices,
+            std::uint64_t& looks)
       : ring_(polygon.begin(), polygon.end()),
         vertices_(vertices),
-        normal_(twiceAreaOf(polygon, vertices)) {}
+        normal_(twiceAreaOf(polygon, vertices)),
+        looks_(looks) {}
 
   void cut(std::vector<std::array<std::uint32_t, 3>>& triangles) {
-    while (ring_.size() > 3) {
-      const std::size_t ear = nextEar();
+    int without = 0;
+    while (ring_.size() > 3 && without < kMostWithout && looks_ > 0) {
+      const std::optional<std::size_t> found = nextEar();
+      if (!found) ++without;
+      const std::size_t ear = found.value_or(1);
       triangles.push_back({before(ear), ring_[ear], after(ear)});
       ring_.erase(ring_.begin() + static_cast<std::ptrdiff_t>(ear));
     }
-    triangles.push_back({ring_[0], ring_[1], ring_[2]});
+    for (std::size_t corner = 2; corner < ring_.size(); ++corner)
+      triangles.push_back({ring_[0], ring_[corner - 1], ring_[corner]});
   }
 
  private:
@@ -43,6 +51,7 @@ class EarCutter {
   }
 
   bool isEar(std::size_t corner) const {
+    looks_ -= std::min<std::uint64_t>(looks_, ring_.size());
     const std::uint32_t first = before(corner);
     const std::uint32_t second = ring_[corner];
     const std::uint32_t third = after(corner);
@@ -54,24 +63,27 @@ class EarCutter {
     });
   }
 
-  /// Returns a corner that is an ear, or any: a polygon without ears crosses itself, or has no area
-  /// left.
-  std::size_t nextEar() const {
-    for (std::size_t corner = 1; corner < ring_.size(); ++corner)
-      if (isEar(corner)) return corner;
-    return isEar(0) ? 0 : 1;
+  /// Returns a corner that is an ear; none where the polygon crosses itself, or has no area left.
+  std::optional<std::size_t> nextEar() const {
+    for (std::size_t corner = 1; corner <= ring_.size(); ++corner)
+      if (isEar(corner % ring_.size())) return corner % ring_.size();
+    return std::nullopt;
   }
+
+  /// Corners that are cut off though they are no ears, as there may be ears behind them.
+  static constexpr int kMostWithout = 8;
 
   std::vector<std::uint32_t> ring_;
   const std::vector<Vec3>& vertices_;
   Vec3 normal_;
+  std::uint64_t& looks_;
 };
 
 }  // namespace
 
-void triangulate(std::span<const std::uint32_t> polygon, const std::vector<Vec3>& vertices,
-                 std::vector<std::array<std::uint32_t, 3>>& triangles) {
-  if (polygon.size() >= 3) EarCutter(polygon, vertices).cut(triangles);
+void PolygonCutter::cut(std::span<const std::uint32_t> polygon,
+                        std::vector<std::array<std::uint32_t, 3>>& triangles) {
+  if (polygon.size() >= 3) EarCutter(polygon, vertices_, looks_).cut(triangles);
 }
 
 }  // namespace carom::modal

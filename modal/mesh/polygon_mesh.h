@@ -35,11 +35,23 @@ struct PolygonMesh {
   void endPolygon() { ends.push_back(corners.size()); }
 };
 
-/// Adds the triangles of a simple polygon, two less than it has corners, each the same way round.
-/// The polygon need be neither convex nor quite plane. Ears are cut off (Meisters 1975); a polygon
-/// that crosses itself is cut in some way as well. Time grows with the square of the number of
-/// corners. [any thread]
-void triangulate(std::span<const std::uint32_t> polygon, const std::vector<Vec3>& vertices,
-                 std::vector<std::array<std::uint32_t, 3>>& triangles);
+/// Cuts the polygons of one mesh into triangles. [one thread]
+class PolygonCutter {
+ public:
+  /// Borrows the vertices.
+  explicit PolygonCutter(const std::vector<Vec3>& vertices) : vertices_(vertices) {}
+
+  /// Adds the triangles of a simple polygon, two less than it has corners, each the same way round.
+  /// The polygon need be neither convex nor quite plane. Ears are cut off (Meisters 1975), which
+  /// takes a time that grows with the square of the number of corners. What is left of a polygon
+  /// without ears, as it crosses itself or has no area, is cut as a fan, and so are all polygons
+  /// after 1e9 looks at a corner, some 10 s: no mesh but one that is made for it takes as many.
+  void cut(std::span<const std::uint32_t> polygon,
+           std::vector<std::array<std::uint32_t, 3>>& triangles);
+
+ private:
+  const std::vector<Vec3>& vertices_;
+  std::uint64_t looks_ = 1'000'000'000;  // that are left
+};
 
 }  // namespace carom::modal

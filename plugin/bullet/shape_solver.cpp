@@ -1,7 +1,9 @@
 #include "plugin/bullet/shape_solver.h"
 
 #include <algorithm>
+#include <exception>
 #include <new>
+#include <string>
 #include <system_error>
 #include <utility>
 
@@ -13,7 +15,7 @@ namespace {
 /// Steps by which the thread is nicer than the others.
 constexpr int kNicer = 10;
 
-/// Lack of memory would end the process, in a thread.
+/// An exception would end the process, in a thread.
 Result<ShapeSolver::Radiator> solveRadiator(const SurfaceMesh& surface) {
   try {
     const Result<RigidRadiator> radiator = panelRadiator(surface, {.quick = true});
@@ -21,6 +23,8 @@ Result<ShapeSolver::Radiator> solveRadiator(const SurfaceMesh& surface) {
     return std::make_shared<const RigidRadiator>(*radiator);
   } catch (const std::bad_alloc&) {
     return Error{"shape: there is no memory to solve its added mass, up to 40 MB"};
+  } catch (const std::exception& error) {
+    return Error{std::string("shape: its added mass cannot be solved: ") + error.what()};
   }
 }
 
@@ -47,6 +51,8 @@ ShapeSolver::Solution ShapeSolver::solve(const Job& job,
       solution.recoil = valid.error();
   } catch (const std::bad_alloc&) {
     solution.recoil = Error{"shape: there is no memory to solve its recoil"};
+  } catch (const std::exception& error) {
+    solution.recoil = Error{std::string("shape: its recoil cannot be solved: ") + error.what()};
   }
   return solution;
 }
@@ -108,6 +114,12 @@ void ShapeSolver::work() {
   giveWay();
   std::unique_lock lock(mutex_);
   while (!waiting_.empty()) {
+    try {
+      done_.reserve(done_.size() + 1);
+      waiting_.reserve(waiting_.size() + 1);
+    } catch (const std::bad_alloc&) {
+      break;  // what waits does so until the next request, or `finish`
+    }
     const auto next = std::ranges::max_element(waiting_, std::less<>());
     const Job job = *next;
     waiting_.erase(next);

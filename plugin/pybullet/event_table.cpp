@@ -45,14 +45,19 @@ void EventTable::add(const ImpulseEvent& share, ServerClient::Key body, ServerCl
 
 std::size_t EventTable::take(std::span<double> numbers) {
   const std::size_t rows = std::min(ready(), numbers.size() / columns());
-  const auto end = rows_.begin() + static_cast<std::ptrdiff_t>(rows * columns());
-  std::copy(rows_.begin(), end, numbers.begin());
-  rows_.erase(rows_.begin(), end);
+  const auto begin = rows_.begin() + static_cast<std::ptrdiff_t>(taken_);
+  std::copy_n(begin, rows * columns(), numbers.begin());
+  taken_ += rows * columns();
+  // To move what is left is worth it once that is the smaller part.
+  if (2 * taken_ >= rows_.size())
+    rows_.erase(rows_.begin(),
+                rows_.begin() + static_cast<std::ptrdiff_t>(std::exchange(taken_, 0)));
   return rows;
 }
 
 void EventTable::clear() {
   rows_.clear();
+  taken_ = 0;
   shares_ = 0;
 }
 

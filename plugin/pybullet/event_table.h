@@ -32,7 +32,7 @@ class EventTable {
   /// Adds a share of a collision; the other one comes next, or came before.
   void add(const ImpulseEvent& share, ServerClient::Key body, ServerClient::Key other);
 
-  std::size_t ready() const { return rows_.size() / columns(); }  ///< rows that wait
+  std::size_t ready() const { return (rows_.size() - taken_) / columns(); }  ///< rows that wait
   /// Moves the oldest rows to `numbers`, as many as fit. Returns how many.
   std::size_t take(std::span<double> numbers);
   /// Forgets the rows that wait, and counts collisions anew.
@@ -45,6 +45,7 @@ class EventTable {
   std::uint64_t shares_ = 0;
   std::vector<double> peaks_;  // Pa, scratch, by listener
   std::vector<double> rows_;
+  std::size_t taken_ = 0;  // numbers of rows_ that are there no more
 };
 
 }  // namespace carom::plugin

@@ -1,8 +1,10 @@
 #include "plugin/realtime/run_recorder.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
+#include "audio/run/run_tables.h"
 #include "audio/scheduling/slide_tracker.h"
 
 namespace carom::plugin {
@@ -42,7 +44,9 @@ Status putBodies(RunWriter& writer, HostEncoder& encoder, const std::vector<Host
 }
 
 /// Ends a file.
-Status complete(RunWriter& writer, const HostWorld& world) {
+Status complete(RunWriter& writer, HostWorld world) {
+  for (const PathPiece& piece : takeLongPaths(world))
+    if (Status put = writer.put('l', encodedPath(piece)); !put) return put;
   if (Status put = writer.put('w', encodedWorld(world)); !put) return put;
   const Result<std::uintmax_t> size = writer.finish();
   if (!size) return size.error();
@@ -51,6 +55,24 @@ Status complete(RunWriter& writer, const HostWorld& world) {
 
 Error withoutStep(const std::filesystem::path& file) {
   return Error{file.string() + ": no step was made, so there is no run to write"};
+}
+
+/// Has an orientation the unit length that a run asks for, which is more than the sound does.
+void straighten(Quat& orientation) {
+  constexpr double kTolerance = 1e-6;
+  if (std::abs(orientation.norm() - 1.0) > kTolerance) orientation.normalize();
+}
+void straighten(ImpulseEvent& event) {
+  straighten(event.bodyOrientation);
+  if (!event.hasOtherPose) {
+    event.otherPosition = Vec3::Zero();
+    event.otherOrientation = Quat::Identity();
+  }
+  straighten(event.otherOrientation);
+}
+void straighten(ContactState& contact) {
+  straighten(contact.bodyOrientation);
+  straighten(contact.otherOrientation);
 }
 
 bool isEmpty(const RunPortion& portion) {
@@ -67,6 +89,7 @@ RunRecorder::RunRecorder(const SoundSettings& settings, std::optional<double> ke
   }
   paths_.resize(listeners_.size());
   isOnItsWay_.resize(listeners_.size());
+  toldAt_.resize(listeners_.size());
 }
 
 Result<std::unique_ptr<RunRecorder>> RunRecorder::toFile(const std::filesystem::path& file,
@@ -134,7 +157,8 @@ std::optional<BodyId> RunRecorder::numberOf(BodyId id) {
   return found->second.record.id;
 }
 
-/// Adds an event or contact to the step in hand, by the numbers of its bodies.
+/// Adds an event or contact to the step in hand, by the numbers of its bodies. What no run can
+/// tell, as it is no number, is left out: nor is it heard.
 template <class Record>
 void RunRecorder::add(Record record, std::vector<Record>& records) {
   record.time += shift_;
@@ -143,7 +167,8 @@ void RunRecorder::add(Record record, std::vector<Record>& records) {
   if (!body || !other || !(record.time >= 0.0)) return;
   record.body = *body;
   record.other = *other;
-  records.push_back(record);
+  straighten(record);
+  if (isReadable(record)) records.push_back(record);
 }
 
 void RunRecorder::post(const ImpulseEvent& event) {
@@ -174,7 +199,9 @@ void RunRecorder::moveBody(BodyId id, const ListenerPose& pose) {
   if (!number) return;
   ListenerPose shifted = pose;
   shifted.time += shift_;
-  portion_.poses.push_back({*number, shifted});
+  straighten(shifted.orientation);
+  const BodyPose told{*number, shifted};
+  if (isReadable(told)) portion_.poses.push_back(told);
 }
 
 void RunRecorder::moveListener(std::size_t listener, const ListenerPose& pose) {
@@ -182,17 +209,26 @@ void RunRecorder::moveListener(std::size_t listener, const ListenerPose& pose) {
   Listener& start = listeners_[listener];
   ListenerPose now = pose;
   now.time += shift_;
-  const ListenerPose before =
-      path.empty() ? ListenerPose{0.0, start.position, start.orientation} : path.back();
-  if (!(now.time > 0.0)) {
+  ListenerPose before =
+      path.empty() ? ListenerPose{since_, start.position, start.orientation} : path.back();
+  if (!(now.time > since_)) {
     start.position = now.position;
     start.orientation = now.orientation;
     return;
   }
-  if (isSame(before, now)) return;
+  if (isSame(before, now)) {
+    toldAt_[listener] = now.time;
+    return;
+  }
   if (!(now.time > before.time)) {
     path.back() = now;
     return;
+  }
+  if (path.size() >= kMostPathPoses / paths_.size()) return;
+  // Until then it was said to stand still.
+  if (toldAt_[listener] > before.time && toldAt_[listener] < now.time) {
+    before.time = toldAt_[listener];
+    path.push_back(before);
   }
   // A path leads from pose to pose. A listener that has jumped stays until the time that is left
   // is as long as the way there takes: it comes late.
@@ -289,11 +325,20 @@ void RunRecorder::dropOld() {
     std::vector<ListenerPose>& path = paths_[listener];
     const auto next =
         std::ranges::find_if(path, [first](const ListenerPose& pose) { return pose.time > first; });
-    if (next == path.begin()) continue;
-    listeners_[listener].position = std::prev(next)->position;
-    listeners_[listener].orientation = std::prev(next)->orientation;
+    Listener& start = listeners_[listener];
+    const ListenerPose before = next == path.begin()
+                                    ? ListenerPose{since_, start.position, start.orientation}
+                                    : *std::prev(next);
+    start.position = before.position;
+    start.orientation = before.orientation;
+    if (next != path.end()) {
+      const double share = (first - before.time) / (next->time - before.time);
+      start.position += share * (next->position - before.position);
+      start.orientation = before.orientation.slerp(share, next->orientation);
+    }
     path.erase(path.begin(), next);
   }
+  since_ = first;
   // A body that is gone keeps its number, and nothing else.
   std::erase_if(removed_, [this](BodyId number) {
     const auto found = before_.find(number);

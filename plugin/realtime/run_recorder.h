@@ -46,7 +46,8 @@ class RunRecorder {
   void post(const ImpulseEvent& event);
   void updateContact(const ContactState& contact);
   void moveBody(BodyId id, const ListenerPose& pose);
-  /// A listener that jumps goes there at 170 m/s: paths know no jumps.
+  /// A listener that jumps goes there at 170 m/s: paths know no jumps. After kMostPathPoses of all
+  /// listeners they stay where they are.
   void moveListener(std::size_t listener, const ListenerPose& pose);
   /// Takes note that the clock leaps to `seconds`.
   void leapTo(double seconds);
@@ -99,11 +100,13 @@ class RunRecorder {
   std::uint32_t count_ = 0;                     // of numbered bodies
   std::set<std::pair<BodyId, BodyId>> moving_;  // the host's ids: their contact slides or rolls
   std::vector<std::vector<ListenerPose>> paths_;
-  std::vector<bool> isOnItsWay_;          // by listener: it has jumped, and is not there yet
-  double time_ = 0.0;                     // s, the host's clock
-  double shift_ = 0.0;                    // s, from it to the run's
-  double settled_ = 0.0;                  // s, the run's clock: of the portion before
-  audio::RunPortion portion_;             // of the step in hand
+  double since_ = 0.0;            // s, the run's clock: of the listeners' first poses
+  std::vector<double> toldAt_;    // s, the run's clock, by listener: when it last stood still
+  std::vector<bool> isOnItsWay_;  // by listener: it has jumped, and is not there yet
+  double time_ = 0.0;             // s, the host's clock
+  double shift_ = 0.0;            // s, from it to the run's
+  double settled_ = 0.0;          // s, the run's clock: of the portion before
+  audio::RunPortion portion_;     // of the step in hand
   std::vector<audio::HostBody> changes_;  // from the step in hand on
 
   std::optional<audio::RunWriter> writer_;  // to a file

@@ -503,9 +503,10 @@ void SoundSession::release(std::unique_ptr<SoundRecorder>& over) {
 Status SoundSession::capture() {
   if (capturer) release(capturer);
   auto samples = std::make_unique<SamplesInMemory>(channels);
-  captured = samples.get();
+  SamplesInMemory* const memory = samples.get();
   capturer = std::make_unique<SoundRecorder>(*makeSoundPaths(settings.synth, settings.listeners),
                                              std::move(samples), settings);
+  captured = memory;  // what lacks memory throws before
   hasSounded = true;
   capturer->startAt(time, settings.latency);
   bring(capturer->scheduler());

@@ -29,6 +29,8 @@ using nlohmann::json;
 
 constexpr double kLongest = 1e7;  // s
 constexpr std::uint32_t kMostPoints = 20'000'000;
+constexpr std::uint64_t kMostBodyBytes = std::uint64_t{1} << 32U;  // of all of a host's run
+constexpr std::size_t kMostEndBytes = 1024;
 
 /// Reads a little-endian number. False if there are too few bytes.
 template <class Number>
@@ -142,6 +144,9 @@ Status RunReader::readHost() {
 
 Status RunReader::readHostParts() {
   HostDecoder decoder;
+  std::vector<PathPiece> pieces;
+  std::size_t poses = 0;
+  std::uint64_t bodyBytes = 0;
   for (;;) {
     const Result<PartHead> head = takeHead();
     if (!head) return head.error();
@@ -155,9 +160,21 @@ Status RunReader::readHostParts() {
       Result<HostWorld> world = decodedWorld(part->bytes);
       if (!world) return fault("it " + world.error().message);
       host_->world = *std::move(world);
+      if (const Status put = putBack(std::move(pieces), host_->world); !put)
+        return fault("it " + put.error().message);
       return std::monostate{};
     }
+    if (part->kind == 'l') {
+      Result<PathPiece> piece = decodedPath(part->bytes);
+      if (!piece) return fault("it " + piece.error().message);
+      poses += piece->poses.size();
+      if (poses > kMostPathPoses) return fault("paths of listeners are longer than they can be");
+      pieces.push_back(*std::move(piece));
+      continue;
+    }
     if (part->kind != 'b') return fault("it is none of a host's run");
+    bodyBytes += part->bytes.size();
+    if (bodyBytes > kMostBodyBytes) return fault("the run's bodies are larger than 4 GiB");
     Result<std::vector<HostBody>> bodies = decoder.take(part->bytes);
     if (!bodies) return fault("it " + bodies.error().message);
     counts_.push_back(bodies->size());
@@ -243,7 +260,7 @@ Result<std::vector<RunPortion>> RunReader::next() {
   for (;;) {
     const Result<PartHead> head = takeHead();
     if (!head) return head.error();
-    if (host_ && (head->kind == 'b' || head->kind == 'w')) {
+    if (host_ && (head->kind == 'b' || head->kind == 'l' || head->kind == 'w')) {
       stream_->seekg(static_cast<std::istream::off_type>(head->stored), std::ios::cur);
       if (head->kind == 'b' && count_ == counts_.size()) return fault("it is behind the run's end");
       if (head->kind == 'b') noteBodies();
@@ -265,6 +282,7 @@ Result<std::vector<RunPortion>> RunReader::next() {
 /// Takes note of the end.
 Result<std::vector<RunPortion>> RunReader::end(const std::vector<std::byte>& bytes) {
   ended_ = true;
+  if (bytes.size() > kMostEndBytes) return fault("the run's end is larger than it can be");
   const json end = json::parse(textOf(bytes), nullptr, false);
   if (!end.is_object() || end.value("portions", json()) != portions_)
     return fault("the run has another number of portions than its end says");

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "audio/io/partial_file.h"
+#include "scenes/limits/incomplete_names.h"
 #include "scenes/limits/sound_end.h"
 #include "scenes/rows/events_file.h"
 #include "scenes/run/stopwatch.h"
@@ -25,6 +26,7 @@ constexpr std::array kAllStems = {Stem::clicks, Stem::rings, Stem::contacts};
 static_assert(kAllStems.size() == kStems);
 
 struct Files {
+  IncompleteNames names;
   SoundFileWriter sound;
   std::vector<SoundFileWriter> stems;  // one for each Stem, or none
   std::optional<EventsFileWriter> events;
@@ -42,10 +44,6 @@ bool isLimited(const RenderOptions& options) {
   return options.limit.value_or(options.format == SampleFormat::pcm16 && !options.normalize);
 }
 
-fs::path nameWhileIncomplete(const fs::path& file, const RenderOptions& options) {
-  return options.keepPartial ? incompleteName(file) : file;
-}
-
 /// Opens a file for each stem, as loud as the whole; they may be louder than full scale.
 Status openStems(const RenderOptions& options, SoundFileSettings settings, Files& files) {
   if (options.normalize)
@@ -57,8 +55,7 @@ Status openStems(const RenderOptions& options, SoundFileSettings settings, Files
     const fs::path name = stemName(options.soundFile, stem);
     if (options.eventsFile && isSameFile(name, *options.eventsFile))
       return Error{name.string() + ": is to hold both a stem and the events; expected two names"};
-    Result<SoundFileWriter> file =
-        SoundFileWriter::create(nameWhileIncomplete(name, options), settings);
+    Result<SoundFileWriter> file = SoundFileWriter::create(files.names.of(name), settings);
     if (!file) return file.error();
     files.stems.push_back(*std::move(file));
   }
@@ -77,15 +74,14 @@ Result<Files> openFiles(const Scene& scene, const RenderOptions& options) {
   settings.fullScalePressure = options.fullScale;
   settings.limit = isLimited(options);
   settings.normalize = options.normalize;
-  Result<SoundFileWriter> sound =
-      SoundFileWriter::create(nameWhileIncomplete(options.soundFile, options), settings);
+  IncompleteNames names(options.keepPartial);
+  Result<SoundFileWriter> sound = SoundFileWriter::create(names.of(options.soundFile), settings);
   if (!sound) return sound.error();
-  Files files{*std::move(sound), {}, std::nullopt};
+  Files files{std::move(names), *std::move(sound), {}, std::nullopt};
   if (scene.sound.stems)
     if (Status opened = openStems(options, settings, files); !opened) return opened.error();
   if (options.eventsFile) {
-    Result<EventsFileWriter> events =
-        EventsFileWriter::create(nameWhileIncomplete(*options.eventsFile, options));
+    Result<EventsFileWriter> events = EventsFileWriter::create(files.names.of(*options.eventsFile));
     if (!events) return events.error();
     files.events.emplace(*std::move(events));
   }
@@ -103,28 +99,11 @@ Status nameFiles(Files& files) {
   return files.events->finish();
 }
 
-/// Gives files that are complete the names that were asked for.
-Status nameComplete(const RenderOptions& options, bool stems) {
-  if (!options.keepPartial) return std::monostate{};
-  std::vector<fs::path> names;
-  if (stems)
-    for (const Stem stem : kAllStems)
-      names.push_back(stemName(options.soundFile, stem));
-  names.push_back(options.soundFile);
-  if (options.eventsFile) names.push_back(*options.eventsFile);
-  std::error_code failed;
-  for (const fs::path& name : names)
-    if (!failed) fs::rename(incompleteName(name), name, failed);
-  if (!failed) return std::monostate{};
-  return Error{options.soundFile.string() + ": cannot be written: " + failed.message() +
-               "; expected a name that is free, or a file that may be replaced"};
-}
-
 /// Finishes files after the last sample; those of a run that a guard ended only if they are kept.
 Status finishFiles(Files& files, const RenderReport& report, const RenderOptions& options) {
   if (report.endedEarly && !options.keepPartial) return std::monostate{};
   if (Status named = nameFiles(files); !named || report.endedEarly) return named;
-  return nameComplete(options, !files.stems.empty());
+  return files.names.complete();
 }
 
 class FileSink : public RenderSink {
@@ -266,10 +245,6 @@ void replaceStepper(Plan& plan) {
 
 }  // namespace
 
-fs::path incompleteName(const fs::path& file) {
-  return withWord(file, "incomplete");
-}
-
 const char* nameOf(Stem stem) {
   constexpr std::array kNames = {"clicks", "rings", "contacts"};
   return kNames.at(static_cast<std::size_t>(stem));
@@ -319,11 +294,11 @@ Result<RenderReport> renderScene(const Scene& scene, const RenderOptions& option
   if (Status finished = finishFiles(*files, *report, options); !finished) return finished.error();
   report->file = options.soundFile;
   if (report->endedEarly)
-    report->file = options.keepPartial ? incompleteName(options.soundFile) : "";
+    report->file = options.keepPartial ? files->names.of(options.soundFile) : "";
   if (scene.sound.stems && !report->file.empty())
     for (const Stem stem : kAllStems) {
       const fs::path name = stemName(options.soundFile, stem);
-      report->stems.push_back(report->endedEarly ? incompleteName(name) : name);
+      report->stems.push_back(report->endedEarly ? files->names.of(name) : name);
     }
   report->peak = files->sound.peakPressure();
   report->fullScale = options.fullScale;

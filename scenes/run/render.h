@@ -44,7 +44,7 @@ struct RenderOptions {
   /// If not null, ends the run at its limits. To be made just before, so that its time is that of
   /// the run.
   RunGuard* guard = nullptr;
-  /// Keeps what was rendered up to a limit, as NAME.incomplete.EXTENSION; see incompleteName.
+  /// Keeps what was rendered up to a limit, as NAME.incomplete.EXTENSION; see IncompleteNames.
   bool keepPartial = false;
 };
 
@@ -73,10 +73,6 @@ struct RenderReport {
 
   double realtimeFactor() const { return wallTime > 0.0 ? duration / wallTime : 0.0; }
 };
-
-/// Returns "out.incomplete.wav" for "out.wav": the name of a file while it is not complete, and for
-/// good if a limit ends the run and `keepPartial` is set. [any thread]
-std::filesystem::path incompleteName(const std::filesystem::path& file);
 
 /// Returns "clicks", "rings" or "contacts". [any thread]
 const char* nameOf(Stem stem);

@@ -249,6 +249,34 @@ TEST(HostRecords, OfWorldsComeBackWhole) {
   EXPECT_EQ(read->bodies, 9U);
 }
 
+TEST(HostRecords, OfLongPathsAreInPieces) {
+  HostWorld world = richWorld();
+  const std::vector<ListenerPose> few = world.paths.front();
+  EXPECT_TRUE(audio::takeLongPaths(world).empty());
+  EXPECT_THAT(world.paths.front(), SizeIs(few.size()));
+  std::vector<ListenerPose> path;
+  for (std::size_t step = 1; step <= audio::kMostPiecePoses + 5; ++step)
+    path.push_back({1e-3 * static_cast<double>(step), few.front().position, Quat::Identity()});
+  world.paths.back() = path;
+  const std::vector<audio::PathPiece> pieces = audio::takeLongPaths(world);
+  ASSERT_THAT(pieces, SizeIs(3));  // one of the first listener, two of the second
+  EXPECT_TRUE(world.paths.front().empty() && world.paths.back().empty());
+  std::vector<audio::PathPiece> read;
+  for (const audio::PathPiece& piece : pieces)
+    read.push_back(*audio::decodedPath(audio::encodedPath(piece)));
+  ASSERT_TRUE(audio::putBack(read, world));
+  EXPECT_THAT(world.paths.front(), SizeIs(few.size()));
+  ASSERT_THAT(world.paths.back(), SizeIs(path.size()));
+  EXPECT_EQ(world.paths.back().back().time, path.back().time);
+
+  HostWorld other = richWorld();
+  EXPECT_FALSE(audio::putBack({{2, few}}, other));   // of no listener
+  EXPECT_FALSE(audio::putBack({{0, path}}, other));  // behind it comes what is earlier
+  std::vector<std::byte> cut = audio::encodedPath({0, few});
+  cut.pop_back();
+  EXPECT_FALSE(audio::decodedPath(cut));
+}
+
 TEST(HostRecords, RefuseWhatNoHostWrites) {
   const auto refusal = [](const HostWorld& world) {
     const auto read = audio::decodedWorld(audio::encodedWorld(world));
@@ -266,6 +294,15 @@ TEST(HostRecords, RefuseWhatNoHostWrites) {
   world = richWorld();
   world.listeners.front().position.x() = std::nan("");
   EXPECT_THAT(refusal(world), HasSubstr("listener"));
+  for (const double duration : {1.1e7, 1e300, std::numeric_limits<double>::infinity()}) {
+    world = richWorld();
+    world.duration = duration;
+    EXPECT_THAT(refusal(world), HasSubstr("above 1e7 s"));
+  }
+  world = richWorld();
+  world.listeners.resize(257);
+  world.paths.resize(257);
+  EXPECT_THAT(refusal(world), HasSubstr("more than 256 listeners"));
 
   const auto refused = [](const HostBody& body) {
     HostEncoder encoder;

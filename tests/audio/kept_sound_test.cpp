@@ -123,6 +123,34 @@ TEST_F(KeptSound, IsWholeThoughItCannotBeNormalised) {
   EXPECT_EQ(folder_.entries(), 1u);
 }
 
+// Whatever fails behind the last sample, the sound is there.
+TEST_F(KeptSound, StaysWhereItsNameCannotBeGiven) {
+  for (const bool normalize : {false, true}) {
+    auto writer = SoundFileWriter::create(path(), {.normalize = normalize, .keepIncomplete = true});
+    ASSERT_TRUE(writer && fill(*writer, 20));
+    fs::create_directory(path());
+    const Status finished = writer->finish();
+    ASSERT_FALSE(finished);
+    EXPECT_NE(finished.error().message.find("drum.incomplete.wav'"), std::string::npos)
+        << finished.error().message;
+    expectConstant(beside(), 0.5, 20'000);
+    EXPECT_EQ(folder_.entries(), 2u);
+    fs::remove(beside());
+    fs::remove(path());
+  }
+}
+
+TEST_F(KeptSound, ThatWasCutBySomebodyElseIsNotNormalisedInPart) {
+  auto writer = SoundFileWriter::create(path(), {.normalize = true, .keepIncomplete = true});
+  ASSERT_TRUE(writer && fill(*writer, 20));
+  for (const auto& entry : fs::directory_iterator(path().parent_path()))
+    fs::resize_file(entry.path(), fs::file_size(entry.path()) / 2);
+  const Status finished = writer->finish();
+  ASSERT_FALSE(finished);
+  EXPECT_NE(finished.error().message.find("cannot be read back to its end"), std::string::npos)
+      << finished.error().message;
+}
+
 TEST_F(KeptSound, OfAWriterThatIsNotFinishedIsUnderItsName) {
   {
     auto writer = SoundFileWriter::create(path(), {.keepIncomplete = true});

@@ -73,6 +73,18 @@ TEST(BatchCommand, IsTheSameForAnyProcessesShardsAndRuns) {
   EXPECT_EQ(contents(fs::path(one) / "manifest.csv"), contents(fs::path(shards) / "manifest.csv"));
 }
 
+TEST(BatchCommand, ATrialLeavesWhatIsInTheFolder) {
+  const TemporaryFolder folder;
+  fs::create_directories(folder / "out" / "trial");
+  write(folder / "out" / "trial" / "notes.txt", "mine");
+  planned(folder, ballBatch(3));
+  EXPECT_EQ(contents(folder / "out" / "trial" / "notes.txt"), "mine");
+  std::size_t others = 0;
+  for (const auto& entry : fs::directory_iterator(folder / "out"))
+    others += entry.path().filename().string().starts_with("trial.") && entry.is_directory();
+  EXPECT_EQ(others, 0U);
+}
+
 TEST(BatchCommand, GoesOnWhereItWasKilled) {
   const TemporaryFolder folder;
   const json batch = ballBatch(120);

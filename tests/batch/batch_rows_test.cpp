@@ -84,6 +84,36 @@ TEST_F(BatchRowsTest, ALineThatARunWasKilledInIsLeftOut) {
   EXPECT_THAT(done(), ElementsAre(true, false, false));
 }
 
+// What `carom batch pack` would pack, and `carom batch verify` would read to its end.
+TEST_F(BatchRowsTest, ARowNamesItsOwnFilesOnly) {
+  const auto isRead = [&](const char* key, const nlohmann::ordered_json& value) {
+    nlohmann::ordered_json row = rowOf(0, "a");
+    row[key] = value;
+    test::write(plan_.folder / "rows" / "other.jsonl", row.dump() + "\n");
+    return readRows(plan_)->rows.size() == 1;
+  };
+  EXPECT_TRUE(isRead("split", "test"));
+  EXPECT_FALSE(isRead("split", "../../x"));
+  EXPECT_FALSE(isRead("split", 7));
+  EXPECT_TRUE(isRead("file", sampleFile(0, "a", ".clicks.flac")));
+  for (const char* const name :
+       {"/etc/passwd", "../secret", "-C", "", ".", "/dev/zero", "samples/0000/000000.a",
+        "samples/0000/000000.b.wav", "samples/0000/000001.a.wav", "samples/0000/000000.a./../../x",
+        "samples/0000/000000.a.wav\n/etc/passwd"})
+    EXPECT_FALSE(isRead("file", name)) << name;
+  for (const char* const key : {"file", "bytes", "sha256", "version", "duration_s", "parameters"})
+    EXPECT_FALSE(isRead(key, nlohmann::ordered_json::array())) << key;
+  EXPECT_FALSE(isRead("events_file", "samples/0000/000000.a.events.csv"));  // without its hash
+  EXPECT_FALSE(isRead("branch", "../a"));
+}
+
+TEST_F(BatchRowsTest, OnlyRegularFilesAreHashed) {
+  EXPECT_FALSE(sha256OfFile("/dev/zero"));
+  EXPECT_FALSE(sha256OfFile(plan_.folder));
+  fs::create_symlink("/dev/zero", plan_.folder / "endless.wav");
+  EXPECT_FALSE(sha256OfFile(plan_.folder / "endless.wav"));
+}
+
 TEST_F(BatchRowsTest, FilesAreLookedAt) {
   log({rowOf(0, "a"), rowOf(0, "b"), rowOf(1, "a"), rowOf(1, "b"), rowOf(2, "a"), rowOf(2, "b")});
   fs::remove(plan_.folder / sampleFile(0, "a", ".wav"));

@@ -79,6 +79,31 @@ TEST(SampleValues, TheFirstGridVariesSlowestAndMayGrow) {
   EXPECT_EQ(valueOf(four, 6, "a"), 4);
 }
 
+// More points than a number of 64 bits counts.
+TEST(SampleValues, ManyGridsHaveTheirPlaces) {
+  json pairs = json::array();
+  for (int at = 0; at < 100; ++at)
+    pairs.push_back({{"name", "g" + std::to_string(at)}, {"grid", {0, 1}}});
+  const BatchSpec spec = specOf(pairs);
+  for (const std::uint64_t index : {std::uint64_t{0}, std::uint64_t{5}, ~std::uint64_t{0}})
+    for (unsigned at = 0; at < 100; ++at) {
+      const unsigned fromLast = 99 - at;
+      const std::uint64_t bit = fromLast < 64 ? index >> fromLast & 1U : 0U;
+      EXPECT_EQ(valueOf(spec, index, "g" + std::to_string(at)), bit) << index << ' ' << at;
+    }
+  json thousands = json::array();
+  json values = json::array();
+  for (int value = 0; value < 1000; ++value)
+    values.push_back(value);
+  for (const char* const name : {"a", "b", "c", "d", "e"})
+    thousands.push_back({{"name", name}, {"grid", values}});
+  const BatchSpec large = specOf(thousands);
+  EXPECT_EQ(valueOf(large, 123'456'789, "e"), 789);
+  EXPECT_EQ(valueOf(large, 123'456'789, "d"), 456);
+  EXPECT_EQ(valueOf(large, 123'456'789, "c"), 123);
+  EXPECT_EQ(valueOf(large, 123'456'789, "b"), 0);
+}
+
 TEST(SampleValues, KeepToTheirRangesAndFillThem) {
   const BatchSpec spec = specOf({{{"name", "u"}, {"uniform", {-2, 3}}},
                                  {{"name", "w"}, {"uniform", {1, 6}}, {"whole", true}},

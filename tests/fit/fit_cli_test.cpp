@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "lab/fit/fit_files.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -26,11 +27,11 @@ using nlohmann::json;
 using testing::HasSubstr;
 
 void writeSound(const std::filesystem::path& file, const std::vector<double>& samples,
-                int sampleRate = 48000) {
+                int sampleRate = 48000, int encoding = SF_FORMAT_PCM_16) {
   SF_INFO info = {};
   info.samplerate = sampleRate;
   info.channels = 1;
-  info.format = (file.extension() == ".flac" ? SF_FORMAT_FLAC : SF_FORMAT_WAV) | SF_FORMAT_PCM_16;
+  info.format = (file.extension() == ".flac" ? SF_FORMAT_FLAC : SF_FORMAT_WAV) | encoding;
   SNDFILE* const sound = sf_open(file.c_str(), SFM_WRITE, &info);
   ASSERT_NE(sound, nullptr);
   sf_writef_double(sound, samples.data(), static_cast<sf_count_t>(samples.size()));
@@ -81,6 +82,14 @@ TEST_F(FitCommandLine, RefusesWhatIsNoTap) {
   expectRefused({path("short.wav"), "--mass", "1"}, "too short");
   expectRefused({path("slow.wav"), "--mass", "1"}, "samples a second are too few");
   expectRefused({path("steady.wav"), "--mass", "1"}, "no onset");
+  writeSound(folder_ / "huge.wav", std::vector<double>(48000, 1e30), 48000, SF_FORMAT_FLOAT);
+  expectRefused({path("huge.wav"), "--mass", "1"}, "samples beyond 1e6");
+}
+
+TEST_F(FitCommandLine, ATapIsNeverReplacedByWhatIsWritten) {
+  const std::string before = contents(folder_ / "tap.wav");
+  expectRefused({path("tap.wav"), "--mass", "1", "-o", path(".")}, "which is read");
+  EXPECT_EQ(contents(folder_ / "tap.wav"), before);
 }
 
 TEST_F(FitCommandLine, RefusesWhatCannotBeFitted) {
@@ -115,6 +124,8 @@ TEST_F(FitCommandLine, WithoutAMeshTheModesAreAModel) {
   EXPECT_TRUE(bool(scenes::loadMaterial(folder_ / "out" / "material.json")));
   for (const char* name : {"modes.csv", "spectrum.png", "tap.wav", "measured.wav", "index.html"})
     EXPECT_TRUE(std::filesystem::exists(folder_ / "out" / name)) << name;
+  for (const auto& entry : std::filesystem::directory_iterator(folder_ / "out"))
+    EXPECT_THAT(lab::kFitFiles, testing::Contains(entry.path().filename().string()));
 }
 
 /// A free bar.

@@ -1,11 +1,13 @@
 #include "carom/modal/mesh_file.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <numbers>
 #include <ostream>
 #include <span>
 #include <sstream>
@@ -397,6 +399,22 @@ TEST(MeshFile, ConcavePolygonsKeepTheirArea) {
   EXPECT_NEAR(surfaceArea(mesh->surface), 3.0, 1e-6);
 }
 
+// It goes twice round a circle, and so has no ear; to look for one at each corner anew would take
+// minutes.
+TEST(MeshFile, APolygonWithoutEarsIsCutAllTheSame) {
+  std::string text;
+  std::string face = "f";
+  constexpr int kCorners = 4096;
+  for (int corner = 0; corner < kCorners; ++corner) {
+    const double angle = 4.0 * std::numbers::pi * corner / kCorners;
+    text += "v " + std::to_string(std::cos(angle)) + ' ' + std::to_string(std::sin(angle)) + " 0\n";
+    face += ' ' + std::to_string(corner + 1);
+  }
+  const auto mesh = loaded(text + face + '\n', "twice.obj");
+  ASSERT_TRUE(mesh) << mesh.error().message;
+  EXPECT_NEAR(surfaceArea(mesh->surface), 2.0 * std::numbers::pi, 1e-2);
+}
+
 TEST(MeshFile, LinesAndVanishingTrianglesAreCounted) {
   const auto mesh =
       loaded("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nl 1 4\nf 1 2 3\nf 1 2 2\n", "lines.obj");
@@ -444,6 +462,24 @@ TEST(MeshFile, RefusesIndicesThatAreOutOfRange) {
 }
 
 // Assimp read beyond the ends of its memory where a buffer has less than its accessors state.
+// A file of a megabyte that would be gone through for hours.
+TEST(MeshFile, AGltfOfWhichNodesShareTooMuchIsRefused) {
+  const auto times = [](int count, const std::string& what) {
+    std::string list;
+    for (int one = 0; one < count; ++one)
+      list += (one > 0 ? "," : "") + what;
+    return list;
+  };
+  std::string roots;
+  for (int node = 0; node < 2000; ++node)
+    roots += (node > 0 ? "," : "") + std::to_string(node);
+  const std::string text = R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[)" + roots +
+                           R"(]}],"nodes":[)" + times(2000, R"({"mesh":0})") +
+                           R"(],"meshes":[{"primitives":[)" + times(1000, R"({"attributes":{}})") +
+                           "]}]}";
+  EXPECT_THAT(refusal(text, "many.gltf"), HasSubstr("more than a million primitives"));
+}
+
 TEST(MeshFile, AGltfWhoseNumbersContradictEachOtherIsRefusedWithItsPlace) {
   std::string range = boxGlb();
   range.replace(range.size() - 2, 2, "\x09\x00", 2);

@@ -1,8 +1,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -14,6 +18,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "audio/run/run_encoder.h"
 #include "audio/run/run_player.h"
 #include "audio/run/run_writer.h"
 #include "carom/event_sound.h"
@@ -327,6 +332,92 @@ TEST_F(HostRuns, OfPostedEventsSoundAsTheirRecordings) {
   EXPECT_LT(differenceOf(recorded(), replayed(run)), -120.0);
 }
 
+// What the sound takes, the run takes, though it is read again with less patience.
+TEST_F(HostRuns, HaveWhatIsHeardThoughItIsNotQuiteInOrder) {
+  Result<EventSound> sound = EventSound::create(settings());
+  ASSERT_TRUE(sound);
+  const BallDrop drop = dropOnBox(0.2);
+  ASSERT_TRUE(sound->setBody(kBall, drop.ball()) && sound->setBody(kFloor, drop.floor()));
+  ASSERT_TRUE(sound->recordRun(folder_ / "host.run"));
+  for (int frame = 1; frame <= 60; ++frame) {
+    if (frame == 10) {
+      for (ImpulseEvent event : {drop.event(), floorShare(drop)}) {
+        event.bodyOrientation.coeffs() *= 1.005;
+        event.hasOtherPose = false;
+        event.otherOrientation.coeffs().setZero();
+        event.otherPosition.setConstant(std::nan(""));
+        sound->post(event);
+      }
+    }
+    if (frame == 20) {
+      ImpulseEvent blownUp = drop.event();
+      blownUp.time = 0.33;
+      blownUp.impulse.setConstant(std::nan(""));
+      sound->post(blownUp);
+      blownUp = drop.event();
+      blownUp.time = std::numeric_limits<double>::infinity();
+      sound->post(blownUp);
+    }
+    sound->advanceTo(frame * kFrame);
+  }
+  ASSERT_TRUE(sound->close());
+  const RecordedRun run = opened();
+  EXPECT_NEAR(run.scene.duration, 1.0, 1e-9);
+  EXPECT_LT(differenceOf(recorded(), replayed(run)), -120.0);
+}
+
+/// The path of the first listener of a run, from its beginning on.
+std::vector<ListenerPose> pathOf(const RecordedRun& run) {
+  const audio::HostWorld& world = run.reader->host()->world;
+  const Listener& listener = world.listeners.front();
+  std::vector<ListenerPose> path = {{0.0, listener.position, listener.orientation}};
+  path.insert(path.end(), world.paths.front().begin(), world.paths.front().end());
+  return path;
+}
+
+TEST_F(HostRuns, HaveAListenerStandStillWhereItIsSaidTo) {
+  Result<EventSound> sound = EventSound::create(settings());
+  ASSERT_TRUE(sound && sound->recordRun(folder_ / "host.run"));
+  for (int frame = 1; frame <= 180; ++frame) {
+    const double x = frame < 120 ? 1.0 : 21.0;
+    ASSERT_TRUE(sound->setListener({x, 1.0, 0.0}));
+    sound->advanceTo(frame * kFrame);
+  }
+  ASSERT_TRUE(sound->close());
+  for (const ListenerPose& pose : pathOf(opened())) {
+    if (pose.time < 118 * kFrame && pose.time > 0.0) {
+      EXPECT_EQ(pose.position.x(), 1.0) << pose.time;
+    }
+    if (pose.time > 122 * kFrame + 0.12) {
+      EXPECT_EQ(pose.position.x(), 21.0) << pose.time;
+    }
+  }
+  // It leaves no earlier than a step before it jumps.
+  double left = 0.0;
+  for (const ListenerPose& pose : pathOf(opened()))
+    if (pose.position.x() == 1.0) left = pose.time;
+  EXPECT_GT(left, 118 * kFrame);
+}
+
+// A run that begins while a listener is on its way begins there.
+TEST_F(HostRuns, ThatAreKeptBeginWhereTheirListenersAre) {
+  Result<EventSound> sound = EventSound::create({});
+  ASSERT_TRUE(sound && sound->keepRun(0.5) && sound->setListener({0.0, 1.0, 0.0}));
+  for (int frame = 1; frame <= 600; ++frame) {
+    if (frame == 241) {
+      ASSERT_TRUE(sound->setListener({30.0, 1.0, 0.0}));
+    }
+    sound->advanceTo(frame * kFrame);
+    if (frame < 230 || frame % 7 != 0) continue;
+    ASSERT_TRUE(sound->saveRun(folder_ / "kept.run"));
+    const std::vector<ListenerPose> path = pathOf(opened("kept.run"));
+    for (std::size_t pose = 1; pose < path.size(); ++pose) {
+      const double way = (path[pose].position - path[pose - 1].position).norm();
+      EXPECT_LE(way, 171.0 * (path[pose].time - path[pose - 1].time)) << frame;
+    }
+  }
+}
+
 TEST_F(HostRuns, AreWholeWhereTheyAreSavedInTheMidstOfAStep) {
   Result<EventSound> sound = EventSound::create({});
   ASSERT_TRUE(sound && sound->keepRun(5.0));
@@ -409,6 +500,34 @@ TEST_F(HostRuns, RefuseWhatCannotBe) {
   EXPECT_FALSE(sound->recordRun(folder_ / "host.run"));
   EXPECT_TRUE(std::filesystem::is_empty(folder_ / "."));
   EXPECT_THAT(told, testing::Not(testing::IsEmpty()));
+}
+
+// An end of a few bytes that is unpacked to the whole memory of a machine.
+TEST_F(HostRuns, WithAnEndThatIsNoneAreRefused) {
+  Result<EventSound> sound = EventSound::create({});
+  ASSERT_TRUE(sound && sound->recordRun(folder_ / "host.run"));
+  sound->advanceTo(0.1);
+  ASSERT_TRUE(sound->close());
+  std::string bytes = contents(folder_ / "host.run");
+  std::size_t part = 12;
+  while (bytes.at(part) != 'e') {
+    std::uint32_t stored = 0;
+    std::memcpy(&stored, bytes.data() + part + 1, sizeof stored);
+    part += 17 + stored;
+  }
+  const std::vector<std::byte> brackets(10'000'000, std::byte{'['});
+  const auto end = audio::packedPart('e', brackets);
+  ASSERT_TRUE(end);
+  bytes.replace(part, std::string::npos, reinterpret_cast<const char*>(end->data()), end->size());
+  std::ofstream(folder_ / "host.run", std::ios::binary) << bytes;
+  const RecordedRun run = opened();
+  for (int parts = 0; parts < 10; ++parts) {
+    const auto portions = run.reader->next();
+    if (portions) continue;
+    EXPECT_THAT(portions.error().message, HasSubstr("end is larger than it can be"));
+    return;
+  }
+  ADD_FAILURE() << "its end was taken";
 }
 
 TEST_F(HostRuns, ThatWereCutOrChangedAreRefused) {

@@ -216,7 +216,8 @@ TEST_F(ModesCli, ScaleIsTheSizeOfOneUnit) {
 
 TEST_F(ModesCli, ASizeThatIsLikelyWrongIsToldOnceAndBeforeTheAnalysis) {
   write("mm.obj", boxObj(1000.0));
-  const std::string said = carom(modes("mm.obj", {"--dofs", "600", "--no-cache", "--no-radiation"})).err;
+  const std::string said =
+      carom(modes("mm.obj", {"--dofs", "600", "--no-cache", "--no-radiation"})).err;
   const std::size_t size = said.find("too_large");
   ASSERT_NE(size, std::string::npos) << said;
   EXPECT_LT(size, said.find("12 triangles")) << said;

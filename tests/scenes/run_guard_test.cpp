@@ -3,6 +3,7 @@
 #include "scenes/limits/run_guard.h"
 
 #include <cmath>
+#include <fstream>
 #include <vector>
 
 #include "lab/estimate/run_estimate.h"
@@ -131,6 +132,22 @@ TEST(RunGuard, APartThatIsKeptIsTheBeginningOfTheWhole) {
   ASSERT_LT(kept.samples.size(), all.samples.size());
   ASSERT_GT(kept.samples.size(), 0U);
   EXPECT_TRUE(std::equal(kept.samples.begin(), kept.samples.end(), all.samples.begin()));
+}
+
+// Such a file may be what a recording has left.
+TEST(RunGuard, APartReplacesNoOtherThatIsThere) {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "part.incomplete.wav") << "kept before";
+  const Scene scene = libraryScene("marbles_in_a_box");
+  for (const int number : {2, 3}) {
+    RunGuard guard(scene, {.events = 20});
+    const RenderReport part =
+        rendering(scene, {.soundFile = folder / "part.wav", .guard = &guard, .keepPartial = true});
+    EXPECT_EQ(part.file, folder / ("part.incomplete-" + std::to_string(number) + ".wav"));
+  }
+  rendering(scene, {.soundFile = folder / "part.wav", .keepPartial = true});
+  EXPECT_EQ(contents(folder / "part.incomplete.wav"), "kept before");
+  EXPECT_EQ(folder.entries(), 4U);
 }
 
 TEST(RunGuard, ARunWithinItsLimitsIsTheSameAndHasItsName) {

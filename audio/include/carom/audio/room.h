@@ -25,8 +25,8 @@ struct Reflector {
 /// where no reflector closes it. Walls that end, edges that diffract and obstacles are not
 /// modelled.
 struct Room {
-  std::vector<Reflector> reflectors;
-  int order = 1;  ///< successive reflections, 0 to 32; above 1 only for a box
+  std::vector<Reflector> reflectors;  ///< at most 1000
+  int order = 1;                      ///< successive reflections, 0 to 32; above 1 only for a box
 };
 
 /// A mirror image: the transform that a path with `order` reflections applies to a source.
