@@ -262,7 +262,11 @@ Status SoundFileWriter::State::normalizeInto(const PartialFile& target) {
 Status SoundFileWriter::State::finishNormalized() {
   PartialFile louder(partial.finalPath());  // absolute: the folder may have changed
   const Status done = normalizeInto(louder);
-  if (done) return giveName(louder);
+  if (done) {
+    Status named = giveName(louder);
+    if (named) total = 0;  // the partial file has nothing to keep
+    return named;
+  }
   if (!settings.keepIncomplete) return fail(done.error().message);
   if (Status named = giveName(partial); !named) return named;
   failed = true;

@@ -123,6 +123,15 @@ TEST_F(KeptSound, IsWholeThoughItCannotBeNormalised) {
   EXPECT_EQ(folder_.entries(), 1u);
 }
 
+TEST_F(KeptSound, ThatIsNormalisedIsOneFile) {
+  {
+    auto writer = SoundFileWriter::create(path(), {.normalize = true, .keepIncomplete = true});
+    ASSERT_TRUE(writer && fill(*writer, 20) && writer->finish());
+  }
+  expectConstant(path(), 1.0, 20'000);
+  EXPECT_EQ(folder_.entries(), 1u);
+}
+
 // Whatever fails behind the last sample, the sound is there.
 TEST_F(KeptSound, StaysWhereItsNameCannotBeGiven) {
   for (const bool normalize : {false, true}) {
