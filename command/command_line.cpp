@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
 #include <cmath>
 #include <filesystem>
 #include <iomanip>
@@ -10,6 +11,7 @@
 #include <string_view>
 
 #include "command/help/command_help.h"
+#include "command/signals.h"
 #include "command/terminal/terminal.h"
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -68,7 +70,8 @@ std::string unknownMaterial(const std::string& name) {
 }  // namespace
 
 int fail(int code, const std::string& message) {
-  std::cerr << styled("carom:", Style::error, Stream::err) << ' ' << message << '\n';
+  std::cerr << styled("carom:", Style::error, Stream::err) << ' ' << modal::withoutControls(message)
+            << '\n';
   return code;
 }
 
@@ -78,7 +81,9 @@ int answer(const std::string& text) {
     std::cerr << text << std::flush;
     return kDone;
   }
+  errno = 0;
   std::cout << text << std::flush;
+  if (!std::cout && errno == EPIPE) endAsWithoutReader();
   return std::cout ? kDone : fail(kFailed, "standard output cannot be written");
 }
 

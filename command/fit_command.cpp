@@ -156,8 +156,10 @@ Result<Material> FitCommand::startMaterial() const {
   return materialOf(material_.empty() ? kUnknownStart : material_, "--material");
 }
 
-int FitCommand::readTaps(FitOutcome& outcome) const {
+int FitCommand::readTaps(FitOutcome& outcome, ResourceWatch& watch) const {
+  std::string limit;
   for (const std::string& file : taps_) {
+    if (limit = watch.exceeded(); !limit.empty()) return endedEarly(file, watch, limit);
     const Result<TapRecording> recording = readTap(file);
     if (!recording) return fail(kBadInput, recording.error().message);
     Result<std::vector<TapSegment>> taps = tapsOf(*recording);
@@ -165,13 +167,20 @@ int FitCommand::readTaps(FitOutcome& outcome) const {
     std::ranges::move(*taps, std::back_inserter(outcome.taps));
     outcome.files.push_back(file);
   }
-  Result<TapModes> found = tapModes(outcome.taps);
+  ProgressBar bar("listening to " + fs::path(taps_.front()).filename().string());
+  Result<TapModes> found = tapModes(outcome.taps, {}, [&](std::string_view stage, double share) {
+    bar.show(share, std::string(stage));
+    limit = watch.exceeded();
+    return limit.empty();
+  });
+  bar.clear();
+  if (!limit.empty()) return endedEarly(taps_.front(), watch, limit);
   if (!found) return fail(kBadInput, taps_.front() + ": " + found.error().message);
   outcome.found = *std::move(found);
   return kDone;
 }
 
-int FitCommand::fitMesh(FitOutcome& outcome) const {
+int FitCommand::fitMesh(FitOutcome& outcome, ResourceWatch& watch) const {
   const Result<Material> start = startMaterial();
   if (!start) return fail(kBadInput, start.error().message);
   const Result<LoadedMesh> mesh = loadMesh(mesh_, {.scale = scale_});
@@ -189,7 +198,6 @@ int FitCommand::fitMesh(FitOutcome& outcome) const {
   settings.freeScale = hasWord(free_, "scale");
   settings.radiation.panels = static_cast<std::size_t>(panels_);
   ModelCache cache = cacheFolder_.empty() ? ModelCache() : ModelCache(fs::path(cacheFolder_));
-  ResourceWatch watch(run_.limits());
   std::string limit;
   ProgressBar bar("fitting " + fs::path(mesh_).filename().string());
   Result<TapFit> fit =
@@ -228,8 +236,9 @@ int FitCommand::run() const {
   outcome.isThicknessFree = hasWord(free_, "thickness");
   const std::string named = material_.empty() ? kUnknownStart : material_;
   if (findMaterial(named) != nullptr) outcome.builtIn = named;
-  if (const int code = readTaps(outcome); code != kDone) return code;
-  if (const int code = mesh_.empty() ? modelAlone(outcome) : fitMesh(outcome); code != kDone)
+  ResourceWatch watch(run_.limits());
+  if (const int code = readTaps(outcome, watch); code != kDone) return code;
+  if (const int code = mesh_.empty() ? modelAlone(outcome) : fitMesh(outcome, watch); code != kDone)
     return code;
   const bool isRefused = outcome.fit && !outcome.fit->accepted;
   if (!isRefused && !output_.empty()) {

@@ -7,6 +7,7 @@
 
 #include "carom/audio/material.h"
 #include "carom/audio/result.h"
+#include "scenes/limits/resource_watch.h"
 
 namespace CLI {
 class App;
@@ -32,8 +33,8 @@ class FitCommand {
   Status checkOptions() const;
   Status checkKept() const;
   Result<Material> startMaterial() const;
-  int readTaps(lab::FitOutcome& outcome) const;
-  int fitMesh(lab::FitOutcome& outcome) const;
+  int readTaps(lab::FitOutcome& outcome, scenes::ResourceWatch& watch) const;
+  int fitMesh(lab::FitOutcome& outcome, scenes::ResourceWatch& watch) const;
   int modelAlone(lab::FitOutcome& outcome) const;
 
   CLI::App* command_;

@@ -185,7 +185,9 @@ std::vector<std::string> ListenCommand::variables(const std::string& preloaded,
   const char* const others = std::getenv("LD_PRELOAD");
   const bool hasOthers = others != nullptr && *others != '\0';
   add("LD_PRELOAD", preloaded + (hasOthers ? ":" + std::string(others) : ""));
-  add(listen::kFileVariable, fs::absolute(output_).string());
+  std::error_code failed;  // without a working folder, the program finds none either
+  const fs::path file = fs::absolute(output_, failed);
+  add(listen::kFileVariable, (failed ? fs::path(output_) : file).string());
   add(listen::kFolderVariable, folder);
   if (play_) add(listen::kPlayVariable, "1");
   if (!fullScale_.empty())

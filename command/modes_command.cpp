@@ -246,6 +246,9 @@ int ModesCommand::run() const {
   if (!output_.empty() && output_ != kStandardOutput) {
     if (isSameFile(output_, mesh_))
       return fail(kBadInput, "--output: " + output_ + " is the mesh itself; expected another name");
+    if (isSameFile(output_, material_))
+      return fail(kBadInput,
+                  "--output: " + output_ + " is the material itself; expected another name");
     if (const Status valid = checkWritable(output_); !valid)
       return fail(kFailed, "--output: " + output_ + ": " + valid.error().message);
   }

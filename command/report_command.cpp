@@ -19,6 +19,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "audio/io/partial_file.h"
 #include "scenes/format/scene_loader.h"
 
 namespace carom::command {
@@ -138,6 +139,12 @@ int ReportCommand::run() const {
   const std::filesystem::path folder = output_;
   if (const Status valid = checkReportFolder(folder); !valid)
     return fail(kBadInput, "--output: " + valid.error().message);
+  const ReportFiles files = reportFilesIn(folder);
+  for (const std::string& scene : scenes_)
+    for (const std::filesystem::path& file : {files.json, files.csv, files.html})
+      if (audio::isSameFile(file, scene))
+        return fail(kBadInput, "--output: " + file.string() +
+                                   " would take the place of the scene; expected another folder");
   Result<std::vector<Scene>> scenes = readScenes(scenes_, confine_);
   if (!scenes) return fail(kBadInput, scenes.error().message);
 

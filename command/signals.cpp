@@ -1,13 +1,16 @@
 #include "command/signals.h"
 
 #if __has_include(<unistd.h>)
+#include <array>
 #include <atomic>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <thread>
 
+#include <fcntl.h>
 #include <pthread.h>
+#include <unistd.h>
 
 #include "audio/io/partial_file.h"
 
@@ -18,6 +21,7 @@ namespace {
 struct SignalsBefore {
   sigset_t mask = {};
   struct sigaction fileSize = {};
+  struct sigaction pipe = {};
   bool isKnown = false;
 };
 SignalsBefore before;
@@ -60,10 +64,12 @@ int awaitOwn(const sigset_t& signals) {
 // anything.
 void endOnSignals(const char* words) {
   sigaction(SIGXFSZ, nullptr, &before.fileSize);
+  sigaction(SIGPIPE, nullptr, &before.pipe);
   std::signal(SIGXFSZ, SIG_IGN);
+  std::signal(SIGPIPE, SIG_IGN);
   sigset_t ending;
   sigemptyset(&ending);
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP})
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGXCPU})
     if (!isIgnored(signal)) sigaddset(&ending, signal);
   pthread_sigmask(SIG_BLOCK, &ending, &before.mask);
   before.isKnown = true;
@@ -77,6 +83,18 @@ void endOnSignals(const char* words) {
 }
 
 }  // namespace
+
+void keepStandardStreams() {
+  constexpr std::array kModes = {O_RDONLY, O_RDONLY, O_WRONLY};
+  for (int stream = STDIN_FILENO; stream <= STDERR_FILENO; ++stream)
+    if (fcntl(stream, F_GETFD) < 0 && errno == EBADF)
+      (void)open("/dev/null", kModes[static_cast<std::size_t>(stream)]);  // gets the lowest number
+}
+
+void endAsWithoutReader() {
+  audio::PartialFile::removeAll();
+  endBy(SIGPIPE);
+}
 
 void endCleanlyOnSignals() {
   endOnSignals("carom: interrupted; what was under way is not written\n");
@@ -93,12 +111,15 @@ void handSignalsTo(int process) {
 void restoreSignals() {
   if (!before.isKnown) return;
   sigaction(SIGXFSZ, &before.fileSize, nullptr);
+  sigaction(SIGPIPE, &before.pipe, nullptr);
   sigprocmask(SIG_SETMASK, &before.mask, nullptr);
 }
 
 }  // namespace carom::command
 #else
 namespace carom::command {
+void keepStandardStreams() {}
+void endAsWithoutReader() {}
 void endCleanlyOnSignals() {}
 void endSilentlyOnSignals() {}
 void handSignalsTo(int) {}

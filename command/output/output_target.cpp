@@ -43,6 +43,10 @@ Result<OutputTarget> OutputTarget::create(const std::string& name, const std::st
                  "carom ... -o - > FILE"};
   std::error_code failed;
   const fs::path folder = fs::temp_directory_path(failed);
+  if (failed)
+    return Error{
+        option +
+        ": there is no folder for temporary files; expected one that TMPDIR names, or /tmp"};
   target.file_.emplace(folder / ("carom-output-" + std::to_string(getpid())));
   target.path_ = target.file_->path().string();
   target.shown_ = "standard output";

@@ -1,5 +1,5 @@
 // The carom command. Exit codes: 0 done, 1 failed, 2 bad input, 3 ended by a limit; by a signal:
-// 129, 130, 143.
+// 129, 130, 131, 143, 152; without a reader: 141.
 
 #include <algorithm>
 #include <cctype>
@@ -155,6 +155,24 @@ Status checkOutputs(const Arguments& arguments, const std::string& input) {
   return std::monostate{};
 }
 
+// Refuses an output that would take the place of a file that the scene names, or, with stems, of
+// the scene.
+Status checkKept(const Arguments& arguments, const Scene& scene) {
+  std::vector<std::pair<const char*, std::filesystem::path>> outputs = {
+      {"--output", arguments.output}, {"--events", arguments.events}};
+  if (arguments.stems)
+    for (const Stem stem : {Stem::clicks, Stem::rings, Stem::contacts})
+      outputs.emplace_back("--stems", stemName(arguments.output, stem));
+  std::vector<std::filesystem::path> read = scene.files;
+  read.emplace_back(arguments.scene);
+  for (const auto& [option, output] : outputs)
+    for (const std::filesystem::path& file : read)
+      if (!output.empty() && isSameFile(output, file))
+        return Error{std::string(option) + ": " + output.string() + " would take the place of " +
+                     file.string() + ", which is read; expected another name"};
+  return std::monostate{};
+}
+
 RenderOptions renderOptions(const Arguments& arguments) {
   RenderOptions options;
   options.format = arguments.format == "pcm16" ? SampleFormat::pcm16 : SampleFormat::float32;
@@ -264,6 +282,8 @@ int render(Arguments& arguments) {
   }
   if (const Status valid = validateRun(*scene); !valid)
     return fail(kBadInput, arguments.scene + ": " + valid.error().message);
+  if (const Status kept = checkKept(arguments, *scene); !kept)
+    return fail(kBadInput, kept.error().message);
   return renderInto(arguments, *target, *scene, {});
 }
 
@@ -318,6 +338,8 @@ int record(const Arguments& arguments) {
   applyStepper(arguments, *scene);
   if (const Status valid = validateRun(*scene); !valid)
     return fail(kBadInput, arguments.scene + ": " + valid.error().message);
+  if (const Status kept = checkKept(arguments, *scene); !kept)
+    return fail(kBadInput, kept.error().message);
   Warnings warnings;
   warnOfLongRun(arguments.scene, *scene, warnings);
   capMemory(arguments.run.limits().memory);
@@ -358,6 +380,8 @@ int replayScene(const Arguments& arguments, const OutputTarget& target, Scene& s
                 const Replay& replay) {
   if (const Status valid = validateSpan(arguments.span, scene); !valid)
     return fail(kBadInput, valid.error().message);
+  if (const Status kept = checkKept(arguments, scene); !kept)
+    return fail(kBadInput, kept.error().message);
   applySound(arguments, scene);
   applyListeners(arguments, scene);
   return renderInto(arguments, target, scene, replay);
@@ -804,6 +828,7 @@ int run(int argc, char** argv) {
 }  // namespace carom::command
 
 int main(int argc, char** argv) {
+  carom::command::keepStandardStreams();
   carom::command::endCleanlyOnSignals();
   try {
     carom::command::capMemory(carom::command::RunOptions().limits().memory);

@@ -8,6 +8,8 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
+#include "modal/json/json_reader.h"
+
 namespace carom::command {
 namespace {
 
@@ -61,7 +63,8 @@ std::size_t textWidth() {
 }
 
 void warn(const std::string& text) {
-  std::cerr << styled("carom:", Style::warning, Stream::err) << ' ' << text << '\n';
+  std::cerr << styled("carom:", Style::warning, Stream::err) << ' ' << modal::withoutControls(text)
+            << '\n';
 }
 
 }  // namespace carom::command

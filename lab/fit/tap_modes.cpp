@@ -5,6 +5,7 @@
 #include <cmath>
 #include <complex>
 #include <cstddef>
+#include <functional>
 #include <numbers>
 #include <span>
 
@@ -175,9 +176,16 @@ bool toBandMode(const BandPole& pole, const Subband& band, const std::vector<Tap
   return true;
 }
 
-std::vector<BandMode> modesOfScale(const std::vector<TapSegment>& taps,
-                                   const std::vector<NoiseDensity>& noises, std::size_t scaleIndex,
-                                   const TapModeSettings& settings) {
+/// What all bands are looked for in. `goesOn` is told the share that is done.
+struct BandSearch {
+  const std::vector<TapSegment>& taps;
+  const std::vector<NoiseDensity>& noises;
+  const TapModeSettings& settings;
+  std::function<bool(double)> goesOn;
+};
+
+std::vector<BandMode> modesOfScale(const BandSearch& search, std::size_t scaleIndex) {
+  const auto& [taps, noises, settings, goesOn] = search;
   const BandScale& scale = kScales[scaleIndex];
   const double sampleRate = taps.front().sampleRate;
   const double highest = std::min(settings.highest, kHighestShare * sampleRate);
@@ -186,6 +194,8 @@ std::vector<BandMode> modesOfScale(const std::vector<TapSegment>& taps,
   const auto bands =
       static_cast<std::size_t>(std::ceil(std::max(highest - settings.lowest, 0.0) / scale.width));
   for (; index < bands; ++index) {
+    const double share = static_cast<double>(index) / static_cast<double>(bands);
+    if (!goesOn((static_cast<double>(scaleIndex) + share) / kScales.size())) return found;
     const double from = settings.lowest + static_cast<double>(index) * scale.width;
     const Subband band(from + 0.5 * scale.width, scale.width, sampleRate);
     std::vector<BandSignal> signals;
@@ -498,14 +508,21 @@ Status checkTaps(const std::vector<TapSegment>& taps) {
 
 }  // namespace
 
-Result<TapModes> tapModes(const std::vector<TapSegment>& taps, const TapModeSettings& settings) {
+Result<TapModes> tapModes(const std::vector<TapSegment>& taps, const TapModeSettings& settings,
+                          const Progress& progress) {
   if (const Status valid = checkTaps(taps); !valid) return valid.error();
   const std::vector<NoiseDensity> noises(taps.begin(), taps.end());
   std::vector<BandMode> found;
-  for (std::size_t scale = 0; scale < kScales.size(); ++scale) {
-    std::vector<BandMode> more = modesOfScale(taps, noises, scale, settings);
+  bool isCancelled = false;
+  const BandSearch search{taps, noises, settings, [&](double share) {
+                            isCancelled = progress && !progress("modes of the tap", share);
+                            return !isCancelled;
+                          }};
+  for (std::size_t scale = 0; scale < kScales.size() && !isCancelled; ++scale) {
+    std::vector<BandMode> more = modesOfScale(search, scale);
     std::ranges::move(more, std::back_inserter(found));
   }
+  if (isCancelled) return Error{kCancelled};
   std::vector<BandMode> joined = joinedModes(std::move(found), taps);
   TapModes result;
   std::erase_if(joined, [&](const BandMode& mode) {

@@ -5,6 +5,7 @@
 #include "lab/fit/tap_recording.h"
 
 #include "carom/audio/result.h"
+#include "carom/modal/analysis_settings.h"
 
 namespace carom::lab {
 
@@ -45,8 +46,9 @@ struct TapModes {
 /// 30 ms by subspaceModes, which finds slow, medium and quick ones, beside the plain peaks of the
 /// loudest tap. Close pairs are told apart where one window holds a third of their beat.
 ///
-/// Errors: no taps; taps of different sampling rates; nothing rings. [any thread]
-Result<TapModes> tapModes(const std::vector<TapSegment>& taps,
-                          const TapModeSettings& settings = {});
+/// Errors: no taps; taps of different sampling rates; nothing rings; `progress` said false. [any
+/// thread]
+Result<TapModes> tapModes(const std::vector<TapSegment>& taps, const TapModeSettings& settings = {},
+                          const Progress& progress = {});
 
 }  // namespace carom::lab

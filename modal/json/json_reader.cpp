@@ -19,8 +19,26 @@ constexpr std::size_t kMaxShownText = 60;   // bytes of a user's text in a messa
 constexpr std::size_t kMaxShownWords = 40;  // words of a list in a message
 constexpr std::uint64_t kExactIntegers = std::uint64_t{1} << 53U;
 
-bool isControl(char c) {
-  return (c >= 0 && c < 0x20) || c == 0x7f;
+/// Returns the number of bytes of the control character that the text begins with; 0: it begins
+/// with none. Of Unicode's these are C0, DEL and C1, what ends a line or a paragraph, and what
+/// changes the direction of writing.
+std::size_t controlLength(std::string_view text) {
+  const auto byte = [&](std::size_t at) {
+    return at < text.size() ? static_cast<unsigned char>(text[at]) : 0U;
+  };
+  if (byte(0) < 0x20U || byte(0) == 0x7fU) return 1;
+  if (byte(0) == 0xc2U) return byte(1) >= 0x80U && byte(1) <= 0x9fU ? 2 : 0;
+  if (byte(0) != 0xe2U) return 0;
+  const unsigned last = byte(2);
+  const bool isControl = byte(1) == 0x80U
+                             ? (last >= 0xa8U && last <= 0xaeU) || last == 0x8eU || last == 0x8fU
+                             : byte(1) == 0x81U && last >= 0xa6U && last <= 0xa9U;
+  return isControl ? 3 : 0;
+}
+bool hasControl(std::string_view text) {
+  for (std::size_t at = 0; at < text.size(); ++at)
+    if (controlLength(text.substr(at)) > 0) return true;
+  return false;
 }
 bool isContinuation(char c) {
   return (static_cast<unsigned char>(c) & 0xc0U) == 0x80U;
@@ -38,11 +56,6 @@ std::string shortened(std::string_view text, std::size_t limit) {
   while (end > 0 && isContinuation(text[end]))
     --end;
   return std::string(text.substr(0, end)) + "...";
-}
-
-std::string withoutControls(std::string text) {
-  std::replace_if(text.begin(), text.end(), isControl, '?');
-  return text;
 }
 
 std::string escapedKey(std::string_view key) {
@@ -258,6 +271,16 @@ bool isWordOf(std::string_view name, std::string_view word) {
 
 }  // namespace
 
+std::string withoutControls(std::string_view text) {
+  std::string made;
+  while (!text.empty()) {
+    const std::size_t control = controlLength(text);
+    made += control > 0 ? '?' : text.front();
+    text.remove_prefix(std::max<std::size_t>(1, control));
+  }
+  return made;
+}
+
 void FirstError::record(std::string_view place, std::string_view what) {
   if (reason_) return;
   reason_.emplace();
@@ -268,6 +291,12 @@ void FirstError::record(std::string_view place, std::string_view what) {
 std::optional<json> parseJson(std::string_view text, FirstError& error, const JsonLimits& limits) {
   if (text.find_first_not_of(" \t\r\n") == std::string_view::npos) {
     error.record({}, "the document is empty; expected a JSON object");
+    return std::nullopt;
+  }
+  // The parser would take it for the end.
+  if (const std::size_t at = text.find('\0'); at != std::string_view::npos) {
+    error.record({}, "this is not JSON: byte " + std::to_string(at + 1) +
+                         " is the character NUL; expected a JSON object");
     return std::nullopt;
   }
   DocumentBuilder builder(text, limits, error);
@@ -294,7 +323,7 @@ std::string NumberRange::describe() const {
 bool TextRange::contains(std::string_view text) const {
   const std::size_t length = codePoints(text);
   if (length < minLength || length > maxLength) return false;
-  return multiline || std::none_of(text.begin(), text.end(), isControl);
+  return multiline || !hasControl(text);
 }
 
 std::string TextRange::describe() const {

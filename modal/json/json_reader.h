@@ -172,6 +172,10 @@ std::string quotedList(const std::vector<std::string_view>& words);
 /// fewest letters to change.
 std::string suggestion(std::string_view word, const std::vector<std::string_view>& words);
 
+/// Returns the text with each control character replaced by '?': C0, DEL and C1, what ends a line
+/// or a paragraph, and what changes the direction of writing. A terminal may obey them.
+std::string withoutControls(std::string_view text);
+
 /// Returns the text in quotation marks, cut when long, with control characters replaced.
 std::string inQuotes(std::string_view text);
 

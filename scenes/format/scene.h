@@ -159,9 +159,10 @@ struct HeadFile {
 struct Scene {
   std::string name;
   std::string description;
-  double duration = 0.0;             ///< s
-  double sampleRate = 48000.0;       ///< Hz
-  Vec3 gravity = {0.0, -9.81, 0.0};  ///< m/s^2
+  std::vector<std::filesystem::path> files;  ///< that it names: meshes, pictures, heads, models
+  double duration = 0.0;                     ///< s
+  double sampleRate = 48000.0;               ///< Hz
+  Vec3 gravity = {0.0, -9.81, 0.0};          ///< m/s^2
   Medium medium;
   StepperSettings stepper;
   SynthSettings sound;  ///< with the room; its sample rate and medium are not used

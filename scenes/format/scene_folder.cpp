@@ -15,6 +15,7 @@ std::filesystem::path SceneFolder::fileOf(const modal::JsonNode& node) const {
     node.fail(modal::inQuotes(name) +
               " leads out of the folder of the scene; expected a file in it or below it, as the "
               "scene is confined");
+  named->push_back(file);
   return file;
 }
 

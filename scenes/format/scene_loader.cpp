@@ -582,9 +582,10 @@ Result<Scene> parseScene(std::string_view text, std::string_view name, const Fil
   if (!document) return error.error();
   SceneFolder folder{std::filesystem::path(name).parent_path(), access.confined};
   if (access.folder) folder.path = *access.folder;
-  SceneReader reader(error, std::move(folder));
+  SceneReader reader(error, folder);
   Scene scene = reader.read(JsonNode(*document, "", error), defaultSceneName(name));
   if (error) return error.error();
+  scene.files = std::move(*folder.named);
   return scene;
 }
 

@@ -81,9 +81,32 @@ Result<RunReader> RunReader::read(std::unique_ptr<std::istream> stream, std::str
   if (version != kSceneRun && version != kHostRun)
     return Error{reader.name_ + ": is of version " + std::to_string(version) + "; expected " +
                  std::to_string(kSceneRun) + " or " + std::to_string(kHostRun)};
+  if (const Status whole = reader.checkWhole(); !whole) return whole.error();
   const Status read = version == kHostRun ? reader.readHost() : reader.readHeader();
   if (!read) return read.error();
   return reader;
+}
+
+/// Refuses a file that was cut, or has something behind its end: a run that is heard in part would
+/// not notice.
+Status RunReader::checkWhole() {
+  const std::istream::pos_type first = stream_->tellg();
+  for (bool ended = false; !ended;) {
+    const Result<PartHead> head = takeHead();
+    if (!head) return head.error();
+    ended = head->kind == 'e';
+    if (ended) {
+      if (const Result<Part> part = takeBody(*head); !part) return part.error();
+    } else {
+      stream_->seekg(static_cast<std::istream::off_type>(head->stored), std::ios::cur);
+    }
+  }
+  if (stream_->peek() != std::char_traits<char>::eof())
+    return fault("there is more behind the run's end");
+  stream_->clear();
+  stream_->seekg(first);
+  parts_ = 0;
+  return std::monostate{};
 }
 
 Result<RunReader::PartHead> RunReader::takeHead() {

@@ -62,6 +62,7 @@ class RunReader {
   Result<Part> takeBody(const PartHead& head);
   Result<Part> take();
   Status readHeader();
+  Status checkWhole();
   Status readHost();
   Status readHostParts();
   Status checkBodies() const;

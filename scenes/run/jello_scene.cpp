@@ -20,6 +20,7 @@ namespace {
 
 /// States per sample of the sound that suffice: more than these are thinned out.
 constexpr double kMostStates = 8.0;
+constexpr double kLeastStep = 1e-15;  // s: a clock does not count shorter ones
 /// Share of the jello's size within which a hand holds its points.
 constexpr double kReach = 0.3;
 
@@ -115,6 +116,13 @@ Result<std::unique_ptr<JelloSceneStepper>> JelloSceneStepper::create(const Scene
   const SphereWorld spheres = sphereWorld(scene);
   const Result<JelloChoice> choice = choiceOf(scene, *jelloOf(scene), world, spheres, guard);
   if (!choice) return Error{scene.name + ": " + choice.error().message};
+  if (choice->stepping.step < kLeastStep) {
+    std::ostringstream why;
+    why << scene.name << ": its jello asks for steps of " << choice->stepping.step
+        << " s, as it is stiff, or damped, beside its mass; expected one for which " << kLeastStep
+        << " s are short enough";
+    return Error{why.str()};
+  }
   Result<JelloCoupling> coupling = JelloCoupling::create(world, spheres, choice->stepping);
   if (!coupling) return Error{scene.name + ": " + coupling.error().message};
   std::unique_ptr<JelloSceneStepper> stepper(
@@ -128,8 +136,8 @@ JelloSceneStepper::JelloSceneStepper(const Scene& scene, JelloCoupling coupling,
     : coupling_(std::move(coupling)),
       choice_(choice),
       watch_(std::move(watch)),
-      stride_(static_cast<std::size_t>(std::max(
-          1.0, std::floor(1.0 / (choice.stepping.step * scene.sampleRate) / kMostStates)))) {
+      stride_(static_cast<std::size_t>(std::clamp(
+          std::floor(1.0 / (choice.stepping.step * scene.sampleRate) / kMostStates), 1.0, 1e9))) {
   for (const Sphere& sphere : sphereWorld(scene).spheres)
     spheres_.push_back(sphere.id);
   look();

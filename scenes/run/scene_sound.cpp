@@ -182,6 +182,11 @@ Status follow(const ListenerPath& path, Synth& synth) {
   return std::monostate{};
 }
 
+/// True if it is the machine that has ended the run: what the mechanics had told is not heard then.
+bool isOfMachine(const RunGuard& guard) {
+  return guard.ended()->limit == "time" || guard.ended()->limit == "memory";
+}
+
 bool earlier(const ImpulseEvent& a, const ImpulseEvent& b) {
   return a.time < b.time;
 }
@@ -418,6 +423,9 @@ void SceneSound::scheduleSettled() {
     return !keepsOrder && event.time >= settledTime && settledTime < duration_;
   });
   for (auto event = known_.begin(); event != open; ++event) {
+    // Where walls and listeners are many, events take longer than the mechanics.
+    if (guard_ != nullptr && !guard_->mayGoOn(event->time) && isOfMachine(*guard_))
+      return endAt(event->time);
     // A host has heard what Bullet solved before the bodies touched, after its last substep.
     if (event->time > duration_ && !keepsOrder) continue;
     const double peak = synth_.schedule(*event);
@@ -425,6 +433,13 @@ void SceneSound::scheduleSettled() {
   }
   known_.erase(known_.begin(), open);
   synth_.advanceTo(std::min(settledTime, duration_));
+}
+
+/// Ends the sound where the guard has ended the run, with the events before.
+void SceneSound::endAt(double time) {
+  known_.clear();
+  frames_ = std::min(frames_, static_cast<std::int64_t>(time * sampleRate_));
+  synth_.advanceTo(std::min(time, duration_));
 }
 
 void SceneSound::settle(const ScheduledEvent& event) {

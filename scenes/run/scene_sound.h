@@ -143,6 +143,7 @@ class SceneSound {
   void runAhead(double time);
   void tellMotion();
   void scheduleSettled();
+  void endAt(double time);
   void settle(const ScheduledEvent& event);
 
   SoundSpan span_;

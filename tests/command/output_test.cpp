@@ -1,3 +1,4 @@
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -6,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 #include <pty.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include "tests/scenes/command.h"
@@ -83,6 +85,36 @@ TEST(StandardOutput, LeavesNothingInTheFolderForTemporaryFiles) {
   EXPECT_EQ(full.code, 1);
   EXPECT_NE(full.err.find("standard output cannot be written"), std::string::npos) << full.err;
   EXPECT_EQ(folder.entries(), 0u);
+}
+
+/// Runs the command by a shell, which may close streams. Returns the exit code.
+int byShell(const std::string& words) {
+  const int status = std::system((std::string(CAROM_COMMAND) + ' ' + words).c_str());
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+// The next file that is opened would get the number of a stream that is closed.
+TEST(StandardStreams, ThatAreClosedTakeNothingAndGoIntoNoFile) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(byShell("render two_balls -o - >&- 2>/dev/null"), 1);
+  EXPECT_EQ(byShell("record two_balls -o - >&- 2>/dev/null"), 1);
+  const std::string loud = "render two_balls --full-scale 0.002 -o ";  // it warns of that
+  const std::string open = (folder / "open.wav").string();
+  const std::string closed = (folder / "closed.wav").string();
+  EXPECT_EQ(byShell(loud + open + " >/dev/null 2>/dev/null"), 0);
+  EXPECT_EQ(byShell(loud + closed + " <&- >/dev/null 2>&-"), 0);
+  EXPECT_EQ(contents(open), contents(closed));
+}
+
+// A reader that has gone ends the program, and leaves no partial file.
+TEST(StandardStreams, WhoseReaderHasGoneLeaveNothing) {
+  const TemporaryFolder folder;
+  setenv("TMPDIR", folder.path().c_str(), 1);
+  byShell("render two_balls -o - 2>&1 >/dev/null | true");
+  byShell("render two_balls -o " + (folder / "a.wav").string() + " 2>&1 | true");
+  unsetenv("TMPDIR");
+  for (const auto& entry : fs::directory_iterator(folder.path()))
+    EXPECT_EQ(entry.path().filename(), "a.wav");
 }
 
 TEST(StandardOutput, IsRefusedWhereItIsATerminal) {

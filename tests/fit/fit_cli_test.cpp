@@ -86,6 +86,21 @@ TEST_F(FitCommandLine, RefusesWhatIsNoTap) {
   expectRefused({path("huge.wav"), "--mass", "1"}, "samples beyond 1e6");
 }
 
+TEST_F(FitCommandLine, EndsAtItsLimitWithOrWithoutAMesh) {
+  for (const bool hasMesh : {false, true}) {
+    std::vector<std::string> words = {"fit", path("tap.wav"), "--max-time", "0.001",
+                                      "-o",  path("out")};
+    if (hasMesh)
+      words.insert(words.end(), {"--mesh", path("bar.obj")});
+    else
+      words.insert(words.end(), {"--mass", "1"});
+    const Outcome outcome = carom(words);
+    EXPECT_EQ(outcome.code, 3) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr("--max-time"));
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
+  }
+}
+
 TEST_F(FitCommandLine, ATapIsNeverReplacedByWhatIsWritten) {
   const std::string before = contents(folder_ / "tap.wav");
   expectRefused({path("tap.wav"), "--mass", "1", "-o", path(".")}, "which is read");

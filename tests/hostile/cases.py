@@ -106,6 +106,9 @@ def spelt_scenes():
     """Texts that are no scene."""
     yield scene_case("empty", "", "the document is empty; expected a JSON object")
     yield scene_case("of zeros", b"\0" * 4096, "not JSON")
+    yield scene_case("with something behind a NUL", json.dumps(BALL) + "\0garbage {", "is the character NUL")
+    for name in ("a\u009b31mb", "a\u202eb", "a\u2028b"):
+        yield scene_case(f"with a name with {name.encode('unicode_escape').decode()}", changed(BALL, "/bodies/0/name", name), "/bodies/0/name")
     yield scene_case("of invalid UTF-8", b'{"name": "\xff\xfe"}', "not JSON")
     yield scene_case("NaN", '{"duration": NaN}', "line 1")
     yield scene_case("infinity", '{"duration": Infinity}', "line 1")
@@ -197,6 +200,8 @@ def stiff():
     for integrator in ("rk4", "symplectic_euler"):
         yield scene_case(f"with a jello of 1e12 N/m by {integrator}", changed(JELLO, "/bodies/0", {**spring, "mass": 1e-9, "integrator": integrator}),
                          "expected", FAILED, RENDER)
+    feather = {"type": "jello", "points": 2, "size": [1, 1, 1], "mass": 1e-18, "stiffness": 1e12, "damping": 1e9, "position": [0, 2, 0]}
+    yield scene_case("of a feather at 1e12 N/m", changed(JELLO, "/bodies/0", feather), "its jello asks for steps of", FAILED, RENDER)
     yield scene_case("with 128^3 points at 1e12 N/m", changed(JELLO, "/bodies/0", {**spring, "points": 128}), "it can have no more memory than", LIMIT, RENDER)
     yield scene_case("with 64^3 points at 1e12 N/m by rk4", changed(JELLO, "/bodies/0", {**spring, "points": 64, "integrator": "rk4"}), "it would take", FAILED, RENDER)
 
@@ -215,6 +220,20 @@ def gap(duration=1):
 def sprung(stiffness):
     scene = changed(BALL, "/mechanics", {"springs": [{"bodies": ["ball"], "anchor": [0, 2, 0], "length": 1, "stiffness": stiffness}]})
     return changed(changed(scene, "/bodies/0/velocity", [0, 1, 0]), "/duration", 1)
+
+
+def replaced():
+    """Outputs that would take the place of what is read."""
+    there = "would take the place of"
+    ball, mesh = json.dumps(BALL), "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+    yield Case("stem over the scene", ["render", "out.clicks.wav", "-o", "out.wav", "--stems"], there, BAD, {"out.clicks.wav": ball})
+    yield Case("report over its scene", ["report", "r/report.json", "-o", "r"], there, BAD, {"r/report.json": ball})
+    yield Case("modes over their material", ["modes", "m.obj", "--material", "m.json", "-o", "m.json"], "is the material itself", BAD,
+               {"m.obj": mesh, "m.json": '{"like": "steel"}'})
+    scene = changed(BALL, "/bodies/0", {"type": "solid", "shape": {"type": "mesh", "file": "m.obj"}, "material": "steel", "position": [0, 1, 0]})
+    scene["stepper"] = {"type": "bullet"}
+    for command in (["record", "scene.json", "-o", "m.obj"], [*RENDER, "--events", "m.obj"]):
+        yield Case(f"{command[0]} over the scene's mesh", command, there, BAD, {"scene.json": json.dumps(scene), "m.obj": mesh})
 
 
 def limits():
@@ -519,6 +538,8 @@ def batches():
     yield batch_case("with a division by zero", {**BATCH, "parameters": [{"name": "a", "expression": "1/0"}]}, "no finite number")
     yield batch_case("that names a parameter twice", {**BATCH, "parameters": 2 * BATCH["parameters"]}, "is taken")
     yield batch_case("of grids without end", {"scene": "scene.json", "parameters": [{"name": f"p{at}", "grid": list(range(100))} for at in range(12)]}, "expected fewer")
+    two = [{"name": f"p{at}", "grid": [0, 1]} for at in range(60)]
+    yield batch_case("of more points than 64 bits count", {"scene": "scene.json", "count": 3, "parameters": two}, "", DONE)
     yield batch_case("of values that are no JSON", '{"scene": "scene.json", "count": 1e999}', "batch.json: ")
     yield Case("batch run of no folder", ["batch", "run", "nowhere"], "plan.json", BAD, {}, False)
     yield Case("batch run of a plan of nothing", ["batch", "run", "."], "plan.json", BAD, {"plan.json": "[]"}, False)
@@ -527,4 +548,4 @@ def batches():
 
 
 def all_cases(source):
-    return [*wrong_numbers(), *spelt_scenes(), *worlds(), *stiff(), *limits(), *command_lines(), *recordings(source), *models(source), *meshes(), *pictures(), *heads(), *escapes(), *batches()]
+    return [*wrong_numbers(), *spelt_scenes(), *worlds(), *stiff(), *replaced(), *limits(), *command_lines(), *recordings(source), *models(source), *meshes(), *pictures(), *heads(), *escapes(), *batches()]

@@ -530,6 +530,24 @@ TEST_F(HostRuns, WithAnEndThatIsNoneAreRefused) {
   ADD_FAILURE() << "its end was taken";
 }
 
+// What is heard needs no end: it is asked for when the file is opened.
+TEST_F(HostRuns, WithoutTheirEndOrWithMoreAreRefused) {
+  Result<EventSound> sound = EventSound::create({});
+  ASSERT_TRUE(sound && sound->recordRun(folder_ / "host.run"));
+  sound->advanceTo(0.1);
+  ASSERT_TRUE(sound->close());
+  const std::string whole = contents(folder_ / "host.run");
+  const auto refusal = [this](const std::string& bytes) {
+    std::ofstream(folder_ / "other.run", std::ios::binary) << bytes;
+    const Result<RecordedRun> run = openRun(folder_ / "other.run");
+    return run ? std::string("none") : run.error().message;
+  };
+  EXPECT_EQ(refusal(whole), "none");
+  for (std::size_t cut = 1; cut < 32; ++cut)
+    EXPECT_THAT(refusal(whole.substr(0, whole.size() - cut)), HasSubstr("ends before the run"));
+  EXPECT_THAT(refusal(whole + "garbage"), HasSubstr("more behind the run's end"));
+}
+
 TEST_F(HostRuns, ThatWereCutOrChangedAreRefused) {
   BallOnPlane world;
   Result<Sound> sound = Sound::attach(world.bullet.world, {});
