@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <map>
 #include <numbers>
 #include <string>
 #include <tuple>
 #include <utility>
+#include <vector>
 
 #include "audio/dsp/decay_filter.h"
 #include "audio/model/air.h"
@@ -90,6 +93,26 @@ void addAir(ReverbSettings& reverb, const Medium& medium) {
   reverb.includesAir = true;
 }
 
+/// The filters of a room's walls, each once.
+struct WallFilters {
+  std::vector<ReflectionFilter> filters;  // ascending in b0, b1, a1; no two alike
+  std::vector<std::uint32_t> ofWall;      // index into them
+
+  WallFilters(const Room& room, double sampleRate) {
+    const auto key = [](const ReflectionFilter& f) { return std::tie(f.b0, f.b1, f.a1); };
+    std::vector<ReflectionFilter> all;
+    for (const Reflector& wall : room.reflectors)
+      all.push_back(reflectionFilter(wall.absorption, sampleRate));
+    for (const ReflectionFilter& filter : all) {
+      const auto place = std::ranges::lower_bound(filters, key(filter), {}, key);
+      if (place == filters.end() || key(*place) != key(filter)) filters.insert(place, filter);
+    }
+    for (const ReflectionFilter& filter : all)
+      ofWall.push_back(static_cast<std::uint32_t>(
+          std::ranges::lower_bound(filters, key(filter), {}, key) - filters.begin()));
+  }
+};
+
 Status prepareRoom(SoundPaths& paths) {
   paths.chains.emplace_back();
   paths.paths.emplace_back();
@@ -98,21 +121,21 @@ Status prepareRoom(SoundPaths& paths) {
     if (!images) return Error{"room: " + images.error().message};
     paths.images = *std::move(images);
   }
+  const WallFilters walls(paths.settings.room, paths.settings.sampleRate);
+  // Paths over walls that reflect alike share their filters.
+  std::map<std::vector<std::uint32_t>, std::uint32_t> chains = {{{}, 0}};
   for (const Image& image : paths.images) {
-    std::vector<ReflectionFilter> chain;
+    std::vector<std::uint32_t> chain;
     for (const std::size_t wall : image.reflectors)
-      chain.push_back(reflectionFilter(paths.settings.room.reflectors[wall].absorption,
-                                       paths.settings.sampleRate));
-    std::ranges::sort(chain, {},
-                      [](const ReflectionFilter& f) { return std::tie(f.b0, f.b1, f.a1); });
-    // Paths over walls that reflect alike share their filters.
-    const auto same = std::ranges::find_if(paths.chains, [&](const auto& other) {
-      return std::ranges::equal(chain, other, [](const auto& f, const auto& g) {
-        return std::tie(f.b0, f.b1, f.a1) == std::tie(g.b0, g.b1, g.a1);
-      });
-    });
-    paths.paths.push_back({&image, static_cast<std::uint32_t>(same - paths.chains.begin())});
-    if (same == paths.chains.end()) paths.chains.push_back(std::move(chain));
+      chain.push_back(walls.ofWall[wall]);
+    std::ranges::sort(chain);
+    const auto [known, isNew] =
+        chains.try_emplace(chain, static_cast<std::uint32_t>(paths.chains.size()));
+    paths.paths.push_back({&image, known->second});
+    if (!isNew) continue;
+    std::vector<ReflectionFilter>& filters = paths.chains.emplace_back();
+    for (const std::uint32_t filter : chain)
+      filters.push_back(walls.filters[filter]);
   }
   if (paths.settings.airAbsorption) {
     paths.air.emplace(paths.settings.medium, paths.settings.sampleRate);

@@ -256,13 +256,18 @@ SurfaceMesh clustered(const SurfaceMesh& mesh, double cell) {
   return result;
 }
 
+// Returns an empty mesh if there is none of so few triangles.
 SurfaceMesh clusteredDownTo(const SurfaceMesh& mesh, std::size_t most) {
   double cell = std::sqrt(surfaceArea(mesh) / static_cast<double>(most));
   SurfaceMesh result = clustered(mesh, cell);
-  while (result.triangles.size() > most) {
+  // Cells as large as the whole leave what faces six ways: of many bodies apart, each a few
+  // triangles for ever.
+  const double widest = 4.0 * extentOf(mesh);
+  while (result.triangles.size() > most && cell < widest) {
     cell *= 1.1;
     result = clustered(mesh, cell);
   }
+  if (result.triangles.size() > most) return {};
   if (!result.triangles.empty()) dropWithoutArea(result, extentOf(result));
   return result;
 }

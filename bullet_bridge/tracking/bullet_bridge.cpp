@@ -40,6 +40,7 @@ class BulletBridge::Impl : public TickHook, public std::enable_shared_from_this<
   BridgeContext context_;
   BodyTracker bodies_;
   ContactClassifier classifier_{context_, bodies_};
+  int missed_ = 0;  // starts, at the end of the substep before
 };
 
 void BulletBridge::Impl::onStepEnd(double dt) {
@@ -47,6 +48,8 @@ void BulletBridge::Impl::onStepEnd(double dt) {
   ++context_.counters.substeps;
   context_.counters.substepsWithoutStart = static_cast<std::uint64_t>(startsMissed());
   context_.clock.begin(dt);
+  // Without its start, bodies that have gone meanwhile are known as they were.
+  if (std::exchange(missed_, startsMissed()) != startsMissed()) bodies_.leaveOutRemoved(world());
   bodies_.endSubstep(world(), dt);
   classifier_.resolveAll();
   context_.clock.end();

@@ -22,10 +22,20 @@ struct WorldAccess : btDiscreteDynamicsWorld {
   static btSimulationIslandManager*& islandManager(btDiscreteDynamicsWorld& world) {
     return world.*(&WorldAccess::m_islandManager);
   }
-  static const btAlignedObjectArray<btActionInterface*>& actions(btDiscreteDynamicsWorld& world) {
+  static btAlignedObjectArray<btActionInterface*>& actions(btDiscreteDynamicsWorld& world) {
     return world.*(&WorldAccess::m_actions);
   }
 };
+
+/// Removes an action, wherever it is, and leaves the others in their order, which Bullet does not.
+void removeInOrder(btDiscreteDynamicsWorld& world, const btActionInterface* action) {
+  btAlignedObjectArray<btActionInterface*>& actions = WorldAccess::actions(world);
+  int kept = 0;
+  for (int at = 0; at < actions.size(); ++at)
+    if (actions[at] != action) actions[kept++] = actions[at];
+  while (actions.size() > kept)
+    actions.pop_back();
+}
 
 void copySettings(btSimulationIslandManager& from, btSimulationIslandManager& to) {
   to.setSplitIslands(from.getSplitIslands());
@@ -46,10 +56,10 @@ void destroy(btSimulationIslandManager* manager) {
 template <class Manager>
 class GuardingManager final : public Manager, public WorldGuard {
  public:
-  static WorldGuard* place(btDiscreteDynamicsWorld& world, WorldEnd& end) {
+  static WorldGuard* place(btDiscreteDynamicsWorld& world, GuardedWorld& guarded) {
     btSimulationIslandManager*& slot = WorldAccess::islandManager(world);
     void* const place = btAlignedAlloc(sizeof(GuardingManager), 16);
-    auto* const guard = new (place) GuardingManager(static_cast<Manager&>(*slot), end);
+    auto* const guard = new (place) GuardingManager(static_cast<Manager&>(*slot), guarded);
     slot = guard;
     return guard;
   }
@@ -58,7 +68,11 @@ class GuardingManager final : public Manager, public WorldGuard {
   ~GuardingManager() override {
     if (own_ == nullptr) return;
     destroy(own_);
-    end_.onWorldEnd();
+    guarded_.onWorldEnd();
+  }
+  void updateActivationState(btCollisionWorld* world, btDispatcher* dispatcher) override {
+    guarded_.onIslands();
+    Manager::updateActivationState(world, dispatcher);
   }
   void remove(btDiscreteDynamicsWorld& world) override {
     copySettings(*this, *own_);
@@ -68,10 +82,12 @@ class GuardingManager final : public Manager, public WorldGuard {
   }
 
  private:
-  GuardingManager(Manager& own, WorldEnd& end) : own_(&own), end_(end) { copySettings(own, *this); }
+  GuardingManager(Manager& own, GuardedWorld& guarded) : own_(&own), guarded_(guarded) {
+    copySettings(own, *this);
+  }
 
   Manager* own_;  // the world's own manager; null once it has been given back
-  WorldEnd& end_;
+  GuardedWorld& guarded_;
 };
 
 // A pre-tick callback gets the world and no context (the user info belongs to the host), so the
@@ -93,13 +109,13 @@ Registry& registry() {
 
 }  // namespace
 
-WorldGuard* WorldGuard::place(btDiscreteDynamicsWorld& world, WorldEnd& end) {
+WorldGuard* WorldGuard::place(btDiscreteDynamicsWorld& world, GuardedWorld& guarded) {
   const btSimulationIslandManager* const manager = WorldAccess::islandManager(world);
   if (manager == nullptr) return nullptr;
   if (typeid(*manager) == typeid(btSimulationIslandManager))
-    return GuardingManager<btSimulationIslandManager>::place(world, end);
+    return GuardingManager<btSimulationIslandManager>::place(world, guarded);
   if (typeid(*manager) == typeid(btSimulationIslandManagerMt))
-    return GuardingManager<btSimulationIslandManagerMt>::place(world, end);
+    return GuardingManager<btSimulationIslandManagerMt>::place(world, guarded);
   return nullptr;
 }
 
@@ -134,7 +150,8 @@ WorldTap::~WorldTap() {
 /// Gives the world back what the tap has taken. A callback that the host has put over ours stays:
 /// it is the host's wish.
 void WorldTap::dismantle() {
-  world_.removeAction(this);
+  removeInOrder(world_, this);
+  removeInOrder(world_, &last_);
   btInternalTickCallback& slot = WorldAccess::preTick(world_);
   if (slot == &WorldTap::preTick) slot = next_;
   if (guard_ != nullptr) guard_->remove(world_);
@@ -169,25 +186,52 @@ void WorldTap::preTick(btDynamicsWorld* world, btScalar dt) {
   if (WorldTap* const tap = find(*world)) tap->beginStep(dt);
 }
 
-void WorldTap::beginStep(btScalar dt) {
-  inStep_ = true;
+/// Calls what was in the slot before, which may throw.
+void WorldTap::callHost(btScalar dt) {
+  struct Calling {
+    explicit Calling(bool& flag) : flag_(flag) { flag_ = true; }
+    Calling(const Calling&) = delete;
+    Calling& operator=(const Calling&) = delete;
+    ~Calling() { flag_ = false; }
+    bool& flag_;
+  };
+  const Calling calling(isCalling_);
   if (next_ != nullptr) next_(&world_, dt);
+}
+
+void WorldTap::beginStep(btScalar dt) {
+  // A host that keeps what was in the slot, ours, and calls it from its own callback, which we
+  // call.
+  if (isCalling_) return;
+  inStep_ = true;
+  callHost(dt);
   if (hook_ == nullptr) return;
   started_ = true;
   hook_->onStepStart(static_cast<double>(dt));
 }
 
+/// The host has taken the slot, so that its callback was called and ours was not.
+void WorldTap::noteLateStart() {
+  ++hook_->startsMissed_;
+  takeSlot();
+}
+
+void WorldTap::onIslands() {
+  if (hook_ == nullptr || started_) return;
+  inStep_ = true;
+  noteLateStart();
+  started_ = true;
+  hook_->onStepStart(static_cast<double>(world_.getDispatchInfo().m_timeStep));
+}
+
 void WorldTap::updateAction(btCollisionWorld*, btScalar dt) {
   inStep_ = true;
-  if (hook_ != nullptr && !started_) {
-    ++hook_->startsMissed_;
-    takeSlot();
-  }
+  if (hook_ != nullptr && !started_) noteLateStart();
   if (hook_ != nullptr) hook_->onStepEnd(static_cast<double>(dt));
   started_ = false;
-  if (isLastAction())
-    endStep();
-  else
+  if (isLastAction()) return endStep();
+  // It is still there where the host's actions have thrown, or have removed themselves.
+  if (WorldAccess::actions(world_).findLinearSearch(&last_) == WorldAccess::actions(world_).size())
     world_.addAction(&last_);
 }
 

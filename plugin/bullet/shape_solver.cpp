@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <exception>
+#include <mutex>
 #include <new>
+#include <set>
 #include <string>
 #include <system_error>
 #include <utility>
 
+#include <pthread.h>
 #include <unistd.h>
 
 namespace carom::plugin {
@@ -28,6 +31,16 @@ Result<ShapeSolver::Radiator> solveRadiator(const SurfaceMesh& surface) {
   }
 }
 
+/// The solvers of the process, for when it is copied. Never destroyed: sounds may be static.
+struct Solvers {
+  std::mutex mutex;
+  std::set<ShapeSolver*> all;
+};
+Solvers& solvers() {
+  static Solvers& all = *new Solvers;
+  return all;
+}
+
 /// Linux has a niceness of each thread; elsewhere it would be that of the whole process.
 void giveWay() {
 #ifdef __linux__
@@ -42,7 +55,7 @@ ShapeSolver::Solution ShapeSolver::solve(const Job& job,
   if (!job.isRecoil) return {.shape = job.shape, .radiator = solveRadiator(*job.surface)};
   Solution solution{.shape = job.shape};
   try {
-    const std::lock_guard lock(recoilMutex_);
+    const std::lock_guard lock(*recoilMutex_);
     Result<RigidRecoil> recoil = solveRecoil_(*job.surface, goesOn);
     const Status valid = recoil ? validate(*recoil) : Status(recoil.error());
     if (valid)
@@ -67,7 +80,32 @@ std::optional<ShapeSolver::Job> ShapeSolver::nextOf(const Job& job,
   return next;
 }
 
+ShapeSolver::ShapeSolver(RecoilSolver recoil) : solveRecoil_(std::move(recoil)) {
+  static std::once_flag once;
+  std::call_once(once, [] { pthread_atfork(&beforeFork, &afterFork, &afterFork); });
+  const std::lock_guard lock(solvers().mutex);
+  solvers().all.insert(this);
+}
+
+/// Has no thread within a critical section while the process is copied.
+void ShapeSolver::beforeFork() {
+  solvers().mutex.lock();
+  for (ShapeSolver* const solver : solvers().all)
+    solver->mutex_.lock();
+}
+
+/// In the parent and in the child.
+void ShapeSolver::afterFork() {
+  for (ShapeSolver* const solver : solvers().all)
+    solver->mutex_.unlock();
+  solvers().mutex.unlock();
+}
+
 ShapeSolver::~ShapeSolver() {
+  {
+    const std::lock_guard lock(solvers().mutex);
+    solvers().all.erase(this);
+  }
   if (!thread_.joinable()) return;
   if (process_ == getpid())
     stop();
@@ -75,7 +113,24 @@ ShapeSolver::~ShapeSolver() {
     thread_.detach();  // it is in the other process
 }
 
+/// In the child of a fork, what the parent's thread had in hand waits again.
+void ShapeSolver::forgetOtherProcess() {
+  if (!thread_.joinable() || process_ == getpid()) return;
+  thread_.detach();
+  isWorking_ = false;
+  (void)recoilMutex_.release();  // the thread may have had it
+  recoilMutex_ = std::make_unique<std::mutex>();
+  if (!underWay_) return;
+  const Shape& shape = shapes_[*underWay_];
+  waiting_.push_back({.shape = *underWay_,
+                      .surface = shape.surface,
+                      .urgency = 0.0,
+                      .isRecoil = shape.radiator.has_value()});
+  underWay_.reset();
+}
+
 ShapeSolver::ShapeId ShapeSolver::request(const SurfaceMesh& surface, double urgency) {
+  forgetOtherProcess();
   const auto [entry, isNew] = ids_.try_emplace(surface, shapes_.size());
   const ShapeId shape = entry->second;
   if (isNew) shapes_.push_back({&entry->first});
@@ -188,6 +243,7 @@ std::optional<ShapeSolver::Job> ShapeSolver::takeJob(ShapeId shape) {
 
 bool ShapeSolver::finish(ShapeId shape) {
   takeSolved();
+  forgetOtherProcess();
   if (isComplete(shape)) return false;
   while (!isComplete(shape)) {
     if (const std::optional<Job> job = takeJob(shape)) {
@@ -215,6 +271,7 @@ void ShapeSolver::finishAll() {
 }
 
 void ShapeSolver::stop() {
+  forgetOtherProcess();
   {
     const std::lock_guard lock(mutex_);
     waiting_.clear();

@@ -25,8 +25,8 @@ namespace carom::plugin {
 /// as a surface waits. Which surfaces are equal is told by their content, which is copied: nothing
 /// of the host is looked at later.
 ///
-/// One thread, that of the simulation, calls everything. In the child of a fork, only the
-/// destructor may be called.
+/// One thread, that of the simulation, calls everything. In the child of a fork, the thread is not
+/// there, and its work is done again.
 class ShapeSolver {
  public:
   using ShapeId = std::size_t;
@@ -34,7 +34,7 @@ class ShapeSolver {
   using Recoil = std::shared_ptr<const RigidRecoil>;
 
   /// `recoil`: null if no recoils are wanted.
-  explicit ShapeSolver(RecoilSolver recoil = nullptr) : solveRecoil_(std::move(recoil)) {}
+  explicit ShapeSolver(RecoilSolver recoil = nullptr);
   /// Waits for the surface that is being solved, if any.
   ~ShapeSolver();
   ShapeSolver(const ShapeSolver&) = delete;
@@ -93,7 +93,10 @@ class ShapeSolver {
     std::optional<Result<Recoil>> recoil{};
   };
 
+  static void beforeFork();
+  static void afterFork();
   void startThread();
+  void forgetOtherProcess();
   void work();
   Solution solve(const Job& job, const std::function<bool()>& goesOn) const;
   std::optional<Job> nextOf(const Job& job, const Solution& solution) const;
@@ -101,7 +104,7 @@ class ShapeSolver {
   void enter(Solution solution);
 
   RecoilSolver solveRecoil_;  // called by one thread at a time, the one that has
-  mutable std::mutex recoilMutex_;
+  std::unique_ptr<std::mutex> recoilMutex_ = std::make_unique<std::mutex>();
 
   // The simulation's thread has these. Elements of ids_ stay where they are.
   std::unordered_map<SurfaceMesh, ShapeId, RadiatorCache::Hash> ids_;

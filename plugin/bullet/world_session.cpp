@@ -356,12 +356,26 @@ void WorldSession::take(BodyId id, KnownBody& known, const SoundBody& body) {
   if (!accepted) unsolvedReason_ = accepted.error().message;
 }
 
-void WorldSession::readPresent() {
+template <class IsWanted>
+void WorldSession::readWhere(const IsWanted& isWanted) {
   reader_.beginReading();
   forms_.clear();
   const auto& objects = world_.getCollisionObjectArray();
-  for (int i = 0; i < objects.size(); ++i)
+  for (int i = 0; i < objects.size(); ++i) {
+    if (!isWanted(*objects[i])) continue;
     if (const Result<BodyId> id = bridge_->bodyId(*objects[i])) read(*id, *objects[i]);
+  }
+}
+
+void WorldSession::readWithShape(const btCollisionShape& shape) {
+  readWhere(
+      [&shape](const btCollisionObject& object) { return object.getCollisionShape() == &shape; });
+}
+
+void WorldSession::readWithIndex(UserIndex userIndex) {
+  readWhere([userIndex](const btCollisionObject& object) {
+    return object.getUserIndex() == userIndex.value;
+  });
 }
 
 void WorldSession::readNew() {
@@ -384,7 +398,7 @@ void WorldSession::readColliding() {
 
 void WorldSession::readBodies() {
   if (!hasWorld()) return;
-  readPresent();
+  readWhere([](const btCollisionObject&) { return true; });
   const auto& objects = world_.getCollisionObjectArray();
   for (int i = 0; i < objects.size(); ++i)
     if (!bridge_->bodyId(*objects[i]))
@@ -443,7 +457,7 @@ Status WorldSession::assign(const btCollisionShape& shape, const BodySound& soun
   const Result<BodySound> checked = resolved(sound);
   if (!checked) return checked.error();
   merge(ofShape_[&shape], *checked);
-  readPresent();
+  readWithShape(shape);
   return std::monostate{};
 }
 
@@ -452,7 +466,7 @@ Status WorldSession::assign(UserIndex userIndex, const BodySound& sound) {
   const Result<BodySound> checked = resolved(sound);
   if (!checked) return checked.error();
   merge(ofUserIndex_[userIndex.value], *checked);
-  readPresent();
+  readWithIndex(userIndex);
   return std::monostate{};
 }
 
@@ -471,14 +485,14 @@ Status WorldSession::unassign(const btCollisionObject& object) {
 Status WorldSession::unassign(const btCollisionShape& shape) {
   if (Status open = requireWorld(); !open) return open;
   usedShapes_.erase(&shape);
-  if (ofShape_.erase(&shape) > 0) readPresent();
+  if (ofShape_.erase(&shape) > 0) readWithShape(shape);
   return std::monostate{};
 }
 
 Status WorldSession::unassign(UserIndex userIndex) {
   if (Status open = requireWorld(); !open) return open;
   usedIndices_.erase(userIndex.value);
-  if (ofUserIndex_.erase(userIndex.value) > 0) readPresent();
+  if (ofUserIndex_.erase(userIndex.value) > 0) readWithIndex(userIndex);
   return std::monostate{};
 }
 

@@ -105,7 +105,10 @@ class WorldSession final : public SoundSession {
   bool isRead(BodyId id) const { return id < isRead_.size() && isRead_[id]; }
   bool isSilent(BodyId id) const { return id < isSilent_.size() && isSilent_[id]; }
   Status requirePresent(const btCollisionObject& object) const;
-  void readPresent();
+  template <class IsWanted>
+  void readWhere(const IsWanted& isWanted);
+  void readWithShape(const btCollisionShape& shape);
+  void readWithIndex(UserIndex userIndex);
   void readNew();
   void readColliding();
   void read(BodyId id, const btCollisionObject& object);

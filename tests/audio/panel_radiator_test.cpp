@@ -407,6 +407,29 @@ TEST(ClusteredSurface, KeepsABodyWithFlatSidesHoweverThinItIs) {
   }
 }
 
+// Cells tell apart what faces different ways, so that none is large enough to make fewer of them.
+TEST(ClusteredSurface, OfManyBodiesApartEndsAndMayBeNothing) {
+  for (const int count : {40, 44, 200}) {
+    SurfaceMesh row;
+    for (int at = 0; at < count; ++at) {
+      const SurfaceMesh box = splitBox({0.04, 0.04, 0.04}, 0);
+      const auto first = static_cast<std::uint32_t>(row.vertices.size());
+      for (const Vec3& vertex : box.vertices)
+        row.vertices.emplace_back(vertex + Vec3(0.1 * at, 0.0, 0.0));
+      for (auto triangle : box.triangles) {
+        for (std::uint32_t& corner : triangle)
+          corner += first;
+        row.triangles.push_back(triangle);
+      }
+    }
+    EXPECT_LE(clusteredSurface(row, 512).triangles.size(), 512U) << count;
+    const Result<RigidRadiator> radiator = panelRadiator(row, {.quick = true});
+    if (!radiator) {
+      EXPECT_NE(radiator.error().message.find("expected a simpler mesh"), std::string::npos);
+    }
+  }
+}
+
 // ---- Input meshes
 
 TEST(PanelRadiator, InsideOutIsTurnedRound) {

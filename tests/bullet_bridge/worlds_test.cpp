@@ -1,7 +1,11 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <random>
+#include <stdexcept>
+#include <string>
+#include <vector>
 
 #include <BulletDynamics/Featherstone/btMultiBody.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
@@ -348,7 +352,132 @@ TEST(Regimes, AForceThatTheHostsPreTickCallbackAppliesIsPartOfTheMotion) {
   EXPECT_NEAR(events[0].approachSpeed, exact.speed, 1e-4 * exact.speed);
 }
 
+TEST(Regimes, AHostThatSetsItsPreTickCallbackInEachFrameIsHeard) {
+  const auto heard = [](bool takesSlot) {
+    AnyWorld world(9.81);
+    world.addGround(world.plane());
+    btRigidBody& ball = world.add(world.sphere(0.05), {.position = {0, 0.4, 0}});
+    BulletBridge bridge = world.attach();
+    for (int step = 0; step < 240; ++step) {
+      if (takesSlot)
+        world.world->setInternalTickCallback([](btDynamicsWorld*, btScalar) {}, nullptr, true);
+      world.step(1.0 / 240);
+    }
+    EXPECT_EQ(bridge.counters().substepsWithoutStart, takesSlot ? 240U : 0U);
+    std::vector<double> times;
+    for (const ImpulseEvent& event : eventsOf(bridge, ball))
+      times.push_back(event.time);
+    return times;
+  };
+  const std::vector<double> whole = heard(false);
+  const std::vector<double> late = heard(true);
+  ASSERT_FALSE(whole.empty());
+  ASSERT_EQ(late.size(), whole.size());
+  for (std::size_t at = 0; at < whole.size(); ++at)
+    EXPECT_NEAR(late[at], whole[at], 1e-6);
+}
+
+struct PreTickSlot : btDynamicsWorld {
+  static btInternalTickCallback of(btDynamicsWorld& world) {
+    return world.*(&PreTickSlot::m_internalPreTickCallback);
+  }
+};
+btInternalTickCallback slotBefore = nullptr;
+int chainedTicks = 0;
+
+// What it calls is ours, and what ours calls is it.
+TEST(Regimes, AHostThatChainsPreTickCallbacksDoesNotCallItselfForEver) {
+  AnyWorld world(9.81);
+  world.add(world.sphere(0.05), {});
+  std::optional<BulletBridge> bridge = world.attach();
+  slotBefore = PreTickSlot::of(*world.world);
+  chainedTicks = 0;
+  world.world->setInternalTickCallback(
+      [](btDynamicsWorld* ticked, btScalar dt) {
+        ++chainedTicks;
+        slotBefore(ticked, dt);
+      },
+      nullptr, true);
+  world.step(1.0 / 240, 10);
+  bridge.reset();
+  world.step(1.0 / 240, 10);
+  bridge = world.attach();
+  world.step(1.0 / 240, 10);
+  EXPECT_EQ(chainedTicks, 30);
+}
+
+struct NamedAction : btActionInterface {
+  NamedAction(std::string& calls, char name) : calls_(calls), name_(name) {}
+  void updateAction(btCollisionWorld* world, btScalar) override {
+    calls_ += name_;
+    if (leaves) static_cast<btDynamicsWorld*>(world)->removeAction(this);
+    if (throws) throw std::runtime_error("an action of the host's");
+  }
+  void debugDraw(btIDebugDraw*) override {}
+  bool leaves = false;
+  bool throws = false;
+
+ private:
+  std::string& calls_;
+  char name_;
+};
+
+TEST(Regimes, ActionsThatLeaveOrThrowLeaveNothingOfOursBehind) {
+  for (const bool throws : {false, true}) {
+    AnyWorld world(9.81);
+    world.add(world.sphere(0.05), {});
+    std::optional<BulletBridge> bridge = world.attach();
+    std::string calls;
+    NamedAction action(calls, 'a');
+    (throws ? action.throws : action.leaves) = true;
+    world.world->addAction(&action);
+    for (int step = 0; step < 5; ++step) {
+      try {
+        world.step(1.0 / 240);
+      } catch (const std::runtime_error&) {
+      }
+    }
+    if (throws) world.world->removeAction(&action);
+    bridge.reset();
+    world.step(1.0 / 240, 3);
+    EXPECT_TRUE(world.attach().isAttached());
+  }
+}
+
+TEST(Regimes, TheHostsActionsKeepTheirOrder) {
+  AnyWorld world(9.81);
+  std::optional<BulletBridge> bridge = world.attach();
+  std::string calls;
+  std::vector<std::unique_ptr<NamedAction>> actions;
+  for (const char name : {'a', 'b', 'c', 'd'}) {
+    actions.push_back(std::make_unique<NamedAction>(calls, name));
+    world.world->addAction(actions.back().get());
+  }
+  world.step(1.0 / 240, 2);
+  bridge.reset();
+  world.step(1.0 / 240, 2);
+  EXPECT_EQ(calls, "abcdabcdabcdabcd");
+  for (const auto& action : actions)
+    world.world->removeAction(action.get());
+}
+
 // --- bodies that come and go ---
+
+// Without the start of the substep, nothing would tell of those that have gone.
+TEST(Regimes, BodiesThatAreDeletedBeforeTheSlotIsTakenAreForgotten) {
+  AnyWorld world(9.81);
+  world.addGround(world.plane());
+  std::vector<btRigidBody*> boxes;
+  for (int box = 0; box < 8; ++box)
+    boxes.push_back(&world.add(world.box({0.1, 0.1, 0.1}), {.position = {0.5 * box, 0.1, 0}}));
+  BulletBridge bridge = world.attach();
+  world.step(1.0 / 60, 40);
+  for (btRigidBody* const box : boxes)
+    world.remove(*box);
+  world.world->setInternalTickCallback([](btDynamicsWorld*, btScalar) {}, nullptr, true);
+  world.step(1.0 / 60, 3);
+  EXPECT_EQ(bridge.counters().substepsWithoutStart, 1U);
+}
 
 btRigidBody* victim = nullptr;
 void removeVictim(btDynamicsWorld* world, btScalar) {

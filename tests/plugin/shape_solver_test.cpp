@@ -128,21 +128,25 @@ TEST(ShapeSolver, EndsWhileShapesWait) {
     (void)destroyed.request(someBox(number), 1.0);
 }
 
-TEST(ShapeSolver, EndsInTheChildOfAFork) {
-  auto solver = std::make_unique<ShapeSolver>();
-  for (int number = 0; number < 20; ++number)
-    (void)solver->request(someBox(number), 1.0);
-  const pid_t child = fork();
-  if (child == 0) {
-    alarm(20);
-    solver.reset();
-    _exit(0);
+TEST(ShapeSolver, EndsAndGoesOnInTheChildOfAFork) {
+  for (const bool goesOn : {false, true}) {
+    auto solver = std::make_unique<ShapeSolver>();
+    for (int number = 0; number < 20; ++number)
+      (void)solver->request(someBox(number), 1.0);
+    const pid_t child = fork();
+    if (child == 0) {
+      alarm(60);
+      if (goesOn) solver->finishAll();
+      const bool isDone = !goesOn || solver->solved() == 20U;
+      solver.reset();
+      _exit(isDone ? 0 : 1);
+    }
+    int status = -1;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << goesOn;
+    solver->finishAll();
+    EXPECT_EQ(solver->solved(), 20U);
   }
-  int status = -1;
-  ASSERT_EQ(waitpid(child, &status, 0), child);
-  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
-  solver->finishAll();
-  EXPECT_EQ(solver->solved(), 20U);
 }
 
 }  // namespace

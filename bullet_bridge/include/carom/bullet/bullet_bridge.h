@@ -95,7 +95,8 @@ struct BulletBridgeCounters {
   std::uint64_t contactsBegun = 0;  ///< lasting contacts that began
   /// Pairs in contact that cannot be followed, counted once per substep.
   std::uint64_t unsupported = 0;
-  /// Substeps whose start the bridge missed because the host had taken the pre-tick slot.
+  /// Substeps of whose start the bridge has learnt late, or not, as the host had taken the pre-tick
+  /// slot.
   std::uint64_t substepsWithoutStart = 0;
   /// Pairs near each other or in contact, counted once per substep, whose shapes the bridge looked
   /// at, and those for which it needed not to.
