@@ -20,7 +20,8 @@ Result<SurfaceMesh> cleanSurface(const SurfaceMesh& mesh);
 /// neighbours lie back to back, the mesh is simplified edge by edge instead (collapsedSurface), off
 /// its planes by as little as suffices, 1e-4 to 1e-2 of its extent: that keeps the shape of slender
 /// and thin bodies, but not their mirror planes. Where that does not suffice either, it stays as
-/// clustering has left it, which may be nothing: of many bodies apart. A mesh that is small enough is returned as it is. [any thread]
+/// clustering has left it, which may be nothing: of many bodies apart. A mesh that is small enough
+/// is returned as it is. [any thread]
 SurfaceMesh clusteredSurface(const SurfaceMesh& mesh, std::size_t most);
 
 /// True if two neighbours lie back to back: there is no body between them, and no flow around it
