@@ -78,7 +78,7 @@ TEST(ModalWaveform, AttackOfHighModesIsThatOfTheOscillators) {
 // the volume that they move is part of the first millisecond.
 TEST(ModalWaveform, AttackOfASolidHasWhatItsModesAboveTheBandDisplace) {
   StruckModel body =
-      struckBox({0.06, 0.05, 0.04}, *findMaterial("polycarbonate"), 600, {1.0, 2.0, 3.0});
+      struckBox({0.06, 0.05, 0.04}, *findMaterial("polycarbonate"), 900, {1.0, 2.0, 3.0});
   ASSERT_FALSE(body.model->residualVolumes.empty());
   constexpr std::size_t kAttack = 420;
   const std::vector<double> direct =

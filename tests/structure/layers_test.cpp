@@ -90,7 +90,7 @@ const std::vector<Layer>& exceptions() {
       {"modal/mesh/mesh_simplify.cpp", "meshoptimizer\\.h"},
       {"modal/analysis/sparse_factor_mumps.cpp", "(dlfcn|dmumps_c)\\.h"},
       {"bullet_bridge/tracking/solved_contact.cpp", "BulletSoftBody/btSoftBody\\.h"},
-      {"plugin/bullet/shape_solver.cpp", "unistd\\.h"},
+      {"plugin/bullet/shape_solver.cpp", "(pthread|unistd)\\.h"},
       {"web/live_exports.cpp", "nlohmann/json\\.hpp"},
       {"plugin/realtime/audio_device.cpp", "SDL\\.h"},
       {"plugin/include/carom/carom.h", "std(def|int)\\.h"},
