@@ -176,7 +176,8 @@ bool toBandMode(const BandPole& pole, const Subband& band, const std::vector<Tap
   return true;
 }
 
-/// What all bands are looked for in. `goesOn` is told the share that is done.
+/// The taps and settings that a search for modes goes through band by band. `goesOn` is told the
+/// share of the search that is done; false ends it.
 struct BandSearch {
   const std::vector<TapSegment>& taps;
   const std::vector<NoiseDensity>& noises;

@@ -84,7 +84,7 @@ TEST_F(BatchRowsTest, ALineThatARunWasKilledInIsLeftOut) {
   EXPECT_THAT(done(), ElementsAre(true, false, false));
 }
 
-// What `carom batch pack` would pack, and `carom batch verify` would read to its end.
+// `carom batch pack` would pack such a file, and `carom batch verify` would read it to its end.
 TEST_F(BatchRowsTest, ARowNamesItsOwnFilesOnly) {
   const auto isRead = [&](const char* key, const nlohmann::ordered_json& value) {
     nlohmann::ordered_json row = rowOf(0, "a");

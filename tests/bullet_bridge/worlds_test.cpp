@@ -385,7 +385,7 @@ struct PreTickSlot : btDynamicsWorld {
 btInternalTickCallback slotBefore = nullptr;
 int chainedTicks = 0;
 
-// What it calls is ours, and what ours calls is it.
+// The host's callback calls the bridge's, and the bridge's calls the host's.
 TEST(Regimes, AHostThatChainsPreTickCallbacksDoesNotCallItselfForEver) {
   AnyWorld world(9.81);
   world.add(world.sphere(0.05), {});

@@ -170,8 +170,8 @@ class GltfMaker {
     file_["scene"] = wildCount(0);
   }
 
-  /// What is drawn last, as inputs of before were to keep their meaning: a second set of
-  /// coordinates, extensions, and what is missing.
+  /// Adds a second set of coordinates and extensions, or leaves parts out. This draws from the
+  /// bytes last, so that older inputs keep their meaning.
   void addOddities() {
     const std::size_t which = numbers_.below(file_["meshes"].size());
     json& attributes = file_["meshes"][which]["primitives"][0]["attributes"];

@@ -332,7 +332,7 @@ TEST_F(HostRuns, OfPostedEventsSoundAsTheirRecordings) {
   EXPECT_LT(differenceOf(recorded(), replayed(run)), -120.0);
 }
 
-// What the sound takes, the run takes, though it is read again with less patience.
+// The sound takes orientations a little off unit length; the run's reader does not.
 TEST_F(HostRuns, HaveWhatIsHeardThoughItIsNotQuiteInOrder) {
   Result<EventSound> sound = EventSound::create(settings());
   ASSERT_TRUE(sound);
@@ -530,7 +530,8 @@ TEST_F(HostRuns, WithAnEndThatIsNoneAreRefused) {
   ADD_FAILURE() << "its end was taken";
 }
 
-// What is heard needs no end: it is asked for when the file is opened.
+// A replay that stops before the end would not notice that the end is missing, so the reader looks
+// for it when the file is opened.
 TEST_F(HostRuns, WithoutTheirEndOrWithMoreAreRefused) {
   Result<EventSound> sound = EventSound::create({});
   ASSERT_TRUE(sound && sound->recordRun(folder_ / "host.run"));
