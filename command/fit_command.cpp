@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "command/command_line.h"
+#include "command/output/kept_inputs.h"
 #include "command/output/output_target.h"
 #include "command/progress_bar.h"
 #include "lab/fit/fit_files.h"
@@ -20,7 +21,6 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include "audio/io/partial_file.h"
 #include "carom/modal/mesh_file.h"
 #include "carom/modal/model_cache.h"
 
@@ -141,15 +141,12 @@ Status FitCommand::checkOptions() const {
 
 /// Refuses a folder in which a file that is written would take the place of one that is read.
 Status FitCommand::checkKept() const {
-  std::vector<std::string> read = taps_;
+  std::vector<fs::path> read(taps_.begin(), taps_.end());
   read.insert(read.end(), {mesh_, material_});
+  std::vector<WrittenFile> written;
   for (const char* const name : kFitFiles)
-    for (const std::string& file : read)
-      if (!file.empty() && audio::isSameFile(fs::path(output_) / name, file))
-        return Error{"--output: " + (fs::path(output_) / name).string() +
-                     " would take the place of " + file +
-                     ", which is read; expected another folder"};
-  return std::monostate{};
+    written.push_back({"--output", fs::path(output_) / name});
+  return command::checkKept(written, read);
 }
 
 Result<Material> FitCommand::startMaterial() const {

@@ -10,6 +10,7 @@
 
 #include "command/command_line.h"
 #include "command/library/scene_library.h"
+#include "command/output/kept_inputs.h"
 #include "command/output/output_target.h"
 #include "command/progress_bar.h"
 #include "command/terminal/terminal.h"
@@ -42,12 +43,6 @@ std::vector<std::string> integratorNames() {
     names.emplace_back(nameOf(static_cast<JelloIntegrator>(which)));
   return names;
 }
-
-/// An option and the name of the file that it gives.
-struct OutputName {
-  const char* option;
-  const std::string& name;
-};
 
 constexpr double kSeconds = 5.0;      // s, duration for a world file, which has none
 const Vec3 kListener(0.0, 0.0, 4.0);  // m, for a world file, which has no listener
@@ -184,6 +179,13 @@ JelloCommand::JelloCommand(CLI::App& app)
       "  carom jello jello_and_marbles --integrator auto --error 1e-5");
 }
 
+std::vector<WrittenFile> JelloCommand::written() const {
+  return {{"--output", output_},
+          {"--trajectory", trajectory_},
+          {"--energy", energy_},
+          {"--modes", modes_}};
+}
+
 /// Returns what is wrong with the names of the files to write; empty if nothing is.
 Status JelloCommand::checkOutputs() const {
   for (const auto& [option, name] :
@@ -193,24 +195,13 @@ Status JelloCommand::checkOutputs() const {
       return valid;
   if (output_ == kStandardOutput && run_.keepPartial)
     return Error{"--keep-partial: standard output has no name; expected -o FILE.wav"};
-  const std::vector<OutputName> outputs = {{"--output", output_},
-                                           {"--trajectory", trajectory_},
-                                           {"--energy", energy_},
-                                           {"--modes", modes_}};
-  for (const OutputName& output : outputs) {
-    if (output.name.empty()) continue;
-    std::ostringstream text;
-    text << output.option << ": " << output.name;
-    if (isSameFile(output.name, world_)) {
-      text << " is the world itself; expected another name";
-      return Error{text.str()};
-    }
-    for (const OutputName& other : outputs) {
-      if (&other == &output || other.name.empty() || !isSameFile(output.name, other.name)) continue;
-      text << " is that of " << other.option << ", too; expected names that differ";
-      return Error{text.str()};
-    }
-  }
+  const std::vector<WrittenFile> outputs = written();
+  if (Status kept = checkKept(outputs, {world_}); !kept) return kept;
+  for (const auto& [option, file] : outputs)
+    for (const auto& [otherOption, other] : outputs)
+      if (option != otherOption && !file.empty() && !other.empty() && isSameFile(file, other))
+        return Error{option + ": " + file.string() + " is that of " + otherOption +
+                     ", too; expected names that differ"};
   if (!output_.empty() && !isWavName(output_))
     return Error{"--output: '" + output_ + "' is not the name of a WAV file; expected FILE.wav"};
   if (step_ > 0.0 && integrator_ == kAuto)
@@ -318,6 +309,8 @@ int JelloCommand::run() const {
   if (!target) return fail(kBadInput, target.error().message);
   const Result<Scene> scene = readScene();
   if (!scene) return fail(kBadInput, scene.error().message);
+  if (const Status kept = checkKept(written(), scene->files); !kept)
+    return fail(kBadInput, kept.error().message);
   if (!modes_.empty()) {
     if (const Status written = writeModes(*scene); !written)
       return fail(kFailed, written.error().message);

@@ -3,7 +3,9 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "command/output/kept_inputs.h"
 #include "command/output/output_target.h"
 #include "command/progress_bar.h"
 #include "command/run_options.h"
@@ -32,6 +34,7 @@ class JelloCommand {
 
  private:
   Result<Scene> readScene() const;
+  std::vector<WrittenFile> written() const;
   Status checkOutputs() const;
   void applyStepping(JelloShape& jello) const;
   Status writeModes(const Scene& scene) const;

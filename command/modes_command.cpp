@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "command/command_line.h"
+#include "command/output/kept_inputs.h"
 #include "command/output/output_target.h"
 #include "command/progress_bar.h"
 #include "command/terminal/terminal.h"
@@ -244,11 +245,8 @@ bool ModesCommand::parsed() const {
 
 int ModesCommand::run() const {
   if (!output_.empty() && output_ != kStandardOutput) {
-    if (isSameFile(output_, mesh_))
-      return fail(kBadInput, "--output: " + output_ + " is the mesh itself; expected another name");
-    if (isSameFile(output_, material_))
-      return fail(kBadInput,
-                  "--output: " + output_ + " is the material itself; expected another name");
+    if (const Status kept = checkKept({{"--output", output_}}, {mesh_, material_}); !kept)
+      return fail(kBadInput, kept.error().message);
     if (const Status valid = checkWritable(output_); !valid)
       return fail(kFailed, "--output: " + output_ + ": " + valid.error().message);
   }

@@ -10,6 +10,7 @@
 
 #include "command/command_line.h"
 #include "command/library/scene_library.h"
+#include "command/output/kept_inputs.h"
 #include "command/output/output_target.h"
 #include "command/progress_bar.h"
 #include "command/terminal/terminal.h"
@@ -19,7 +20,6 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include "audio/io/partial_file.h"
 #include "scenes/format/scene_loader.h"
 
 namespace carom::command {
@@ -140,13 +140,19 @@ int ReportCommand::run() const {
   if (const Status valid = checkReportFolder(folder); !valid)
     return fail(kBadInput, "--output: " + valid.error().message);
   const ReportFiles files = reportFilesIn(folder);
-  for (const std::string& scene : scenes_)
-    for (const std::filesystem::path& file : {files.json, files.csv, files.html})
-      if (audio::isSameFile(file, scene))
-        return fail(kBadInput, "--output: " + file.string() +
-                                   " would take the place of the scene; expected another folder");
   Result<std::vector<Scene>> scenes = readScenes(scenes_, confine_);
   if (!scenes) return fail(kBadInput, scenes.error().message);
+  std::vector<std::filesystem::path> read(scenes_.begin(), scenes_.end());
+  read.emplace_back(template_);
+  std::vector<WrittenFile> outputs = {
+      {"--output", files.json}, {"--output", files.csv}, {"--output", files.html}};
+  for (std::size_t index = 0; index < scenes->size(); ++index) {
+    const Scene& scene = (*scenes)[index];
+    outputs.push_back({"--output", folder / viewName(scene.name, index)});
+    read.insert(read.end(), scene.files.begin(), scene.files.end());
+  }
+  if (const Status kept = checkKept(outputs, read); !kept)
+    return fail(kBadInput, kept.error().message);
 
   std::optional<std::filesystem::path> pageTemplate;
   std::string whyNoPages = "left out";

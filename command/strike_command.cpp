@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "command/command_line.h"
+#include "command/output/kept_inputs.h"
 #include "command/output/output_target.h"
 #include "command/progress_bar.h"
 #include "command/terminal/terminal.h"
@@ -21,7 +22,6 @@
 #include <Eigen/Dense>
 #include <nlohmann/json.hpp>
 
-#include "audio/io/partial_file.h"
 #include "audio/model/surface_locator.h"
 #include "carom/audio/panel_radiator.h"
 #include "carom/audio/sound_file.h"
@@ -215,8 +215,8 @@ int StrikeCommand::run() const {
   if (!isWavName(output_))
     return fail(kBadInput,
                 "--output: '" + output_ + "' is not the name of a WAV file; expected FILE.wav");
-  if (isSameFile(output_, model_))
-    return fail(kBadInput, "--output: " + output_ + " is the model itself; expected another name");
+  if (const Status kept = checkKept({{"--output", output_}}, {model_}); !kept)
+    return fail(kBadInput, kept.error().message);
   const Result<OutputTarget> target = OutputTarget::create(output_, "--output");
   if (!target) return fail(kBadInput, target.error().message);
   const Vec3 impulse = *threeNumbers(impulse_, kFarthest);

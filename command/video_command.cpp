@@ -13,6 +13,7 @@
 
 #include "command/command_line.h"
 #include "command/library/scene_library.h"
+#include "command/output/kept_inputs.h"
 #include "command/output/output_target.h"
 #include "command/progress_bar.h"
 #include "command/signals.h"
@@ -268,8 +269,6 @@ Status VideoCommand::checkOutput() const {
   const auto format = formatOf(output_);
   if (!format)
     return Error{"'" + output_ + "' is not the name of a film; expected FILE.mp4 or FILE.webm"};
-  if (audio::isSameFile(output_, input_))
-    return Error{output_ + " is what is to be filmed; expected another name"};
   if (const Status writable = audio::checkWritable(output_); !writable)
     return Error{output_ + " " + writable.error().message};
   if (lossless_ && *format != FilmFormat::mp4)
@@ -331,12 +330,16 @@ int VideoCommand::run() const {
     return fail(kBadInput, "--output: " + valid.error().message);
   const auto tools = findTools(browser_, encoder_, template_);
   if (!tools) return fail(kFailed, tools.error().message);
+  if (const Status kept = checkKept({{"--output", output_}}, {input_, camera_, template_}); !kept)
+    return fail(kBadInput, kept.error().message);
   const RunLimits limits = run_.limits();
   capMemory(limits.memory);
   ResourceWatch watch(limits);
   const bool isRun = isRunFile(input_) || isRecording(input_);
   const Result<Scene> scene = isRun ? Scene() : chosenScene();
   if (!scene) return fail(kBadInput, scene.error().message);
+  if (const Status kept = checkKept({{"--output", output_}}, scene->files); !kept)
+    return fail(kBadInput, kept.error().message);
   MadeView made = isRun ? readView(input_, confine_) : runView(input_, *scene, limits);
   if (const auto* none = std::get_if<NoView>(&made)) return none->code;
   auto& view = std::get<ViewRun>(made);

@@ -10,6 +10,7 @@
 
 #include "command/command_line.h"
 #include "command/library/scene_library.h"
+#include "command/output/kept_inputs.h"
 #include "command/output/output_target.h"
 #include "command/progress_bar.h"
 #include "lab/view/view_page.h"
@@ -46,6 +47,7 @@ struct Wanted {
   double step = 0.0;                        // s; 0: the scene's own
   double seconds = 0.0;                     // s; 0: all of it
   bool asTold = false;
+  WrittenFile output = {};  // the page
 };
 
 /// Returns the name by which a page's address may choose a run: its file's, or a number.
@@ -86,6 +88,8 @@ MadeView runWanted(const Wanted& wanted, bool isConfined, const RunLimits& limit
   if (!text) return NoView{fail(kBadInput, text.error().message)};
   Result<Scene> scene = parseScene(*text, wanted.file, {.confined = isConfined});
   if (!scene) return NoView{fail(kBadInput, scene.error().message)};
+  if (const Status kept = checkKept({wanted.output}, scene->files); !kept)
+    return NoView{fail(kBadInput, kept.error().message)};
   if (wanted.stepper) scene->stepper.type = *wanted.stepper;
   if (wanted.step > 0.0) scene->stepper.step = wanted.step;
   if (wanted.seconds > 0.0) scene->duration = std::min(scene->duration, wanted.seconds);
@@ -208,10 +212,10 @@ int ViewCommand::run() const {
   const std::string output =
       output_.empty() ? fs::path(inputs_.front()).filename().replace_extension(".html").string()
                       : output_;
-  for (const std::string& input : inputs_)
-    if (audio::isSameFile(output, input))
-      return fail(kBadInput,
-                  "--output: " + output + " is what is to be shown; expected another name");
+  std::vector<fs::path> read(inputs_.begin(), inputs_.end());
+  read.emplace_back(template_);
+  if (const Status kept = checkKept({{"--output", output}}, read); !kept)
+    return fail(kBadInput, kept.error().message);
   const Result<OutputTarget> target = OutputTarget::create(output, "--output");
   if (!target) return fail(kBadInput, target.error().message);
   if (const Status writable = audio::checkWritable(target->path()); !writable)
@@ -235,6 +239,8 @@ int ViewCommand::run() const {
     one.step = step_;
     one.seconds = seconds_;
   }
+  for (Wanted& one : wanted)
+    one.output = {"--output", output};
   for (Wanted& one : wanted)  // two of one name
     if (std::ranges::count(wanted, one.id, &Wanted::id) > 1)
       one.id += "-" + std::to_string(1 + (&one - wanted.data()));

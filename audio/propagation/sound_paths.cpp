@@ -13,7 +13,6 @@
 #include "audio/dsp/decay_filter.h"
 #include "audio/model/air.h"
 #include "audio/model/positive.h"
-#include "audio/propagation/reverb.h"
 
 namespace carom::audio {
 namespace {
@@ -143,9 +142,12 @@ Status prepareRoom(SoundPaths& paths) {
   }
   if (!paths.settings.reverb) return std::monostate{};
   for (const Listener& listener : paths.listeners) {
-    const Result<Reverb> reverb =
-        Reverb::create(*paths.settings.reverb, paths.settings.sampleRate, channelCount(listener));
+    const std::size_t channels = channelCount(listener);
+    if (paths.reverbs.contains(channels)) continue;
+    Result<Reverb> reverb =
+        Reverb::create(*paths.settings.reverb, paths.settings.sampleRate, channels);
     if (!reverb) return Error{"reverberation: " + reverb.error().message};
+    paths.reverbs.emplace(channels, *std::move(reverb));
   }
   return std::monostate{};
 }

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "audio/propagation/air_filter.h"
 #include "audio/propagation/hrtf.h"
 #include "audio/propagation/receiver.h"
+#include "audio/propagation/reverb.h"
 #include "carom/audio/absorption.h"
 #include "carom/audio/listener.h"
 #include "carom/audio/result.h"
@@ -40,6 +42,7 @@ struct SoundPaths {
   std::vector<std::vector<ReflectionFilter>> chains;  ///< the first is empty: the direct path
   std::vector<Path> paths;                            ///< the first is direct
   std::optional<AirFilter> air;                       ///< none: the air absorbs nothing
+  std::map<std::size_t, Reverb> reverbs;  ///< by their channels, for listeners to copy; silent
   bool hasHeads = false;
   /// s: no ear hears a sound earlier than that before the middle of its head.
   double earliestEar = 0.0;

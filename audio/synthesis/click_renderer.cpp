@@ -61,8 +61,7 @@ ClickRenderer::ClickRenderer(std::shared_ptr<const SoundPaths> paths,
   SpreadTable::instance();  // made now, not while rendering
   if (settings_.reverb) {
     for (const Listener& listener : paths_->listeners)
-      reverbs_.push_back(
-          *Reverb::create(*settings_.reverb, settings_.sampleRate, channelCount(listener)));
+      reverbs_.push_back(paths_->reverbs.at(channelCount(listener)));
   }
   if (settings_.lasting == LastingDetail::heard) {
     const std::size_t sends = reverbs_.empty() ? 0 : 1;

@@ -1,6 +1,7 @@
 #include "bullet_bridge/bodies/body_tracker.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -11,7 +12,7 @@
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
 #include "bullet_bridge/bodies/multibody_link.h"
-#include "bullet_bridge/bodies/proxy_id.h"
+#include "bullet_bridge/bodies/object_identity.h"
 
 namespace carom::bullet {
 namespace {
@@ -28,7 +29,7 @@ bool isSolved(const btPersistentManifold& manifold) {
 }
 
 bool isSame(const TrackedBody& body, const btCollisionObject& object) {
-  return body.object == &object && body.proxyId == proxyIdOf(object);
+  return body.object == &object && body.identity == identityOf(object);
 }
 
 Vec3 positionOf(const btCollisionObject& object) {
@@ -64,13 +65,30 @@ double radiusAround(const btCollisionShape& shape) {
   return static_cast<double>(radius) + toVec3(centre).norm();
 }
 
-// Numbers of a shape that change when the host changes it within its bounds.
-int revisionOf(const btCollisionShape& shape) {
-  if (shape.getShapeType() == CONVEX_HULL_SHAPE_PROXYTYPE)
-    return static_cast<const btConvexHullShape&>(shape).getNumPoints();
-  if (shape.getShapeType() == COMPOUND_SHAPE_PROXYTYPE)
-    return static_cast<const btCompoundShape&>(shape).getUpdateRevision();
-  return 0;
+// FNV-1a, by words.
+std::uint64_t mixed(std::uint64_t hash, std::uint64_t word) {
+  return (hash ^ word) * 1099511628211U;
+}
+
+// A number that another shape at the same address, or another state of the shape, will not have.
+std::uint64_t revisionOf(const btCollisionShape& shape) {
+  if (shape.getShapeType() == CONVEX_HULL_SHAPE_PROXYTYPE) {
+    const auto& hull = static_cast<const btConvexHullShape&>(shape);
+    const std::size_t address = std::hash<const btVector3*>()(hull.getUnscaledPoints());
+    return mixed(address, static_cast<std::uint64_t>(hull.getNumPoints()));
+  }
+  if (shape.getShapeType() != COMPOUND_SHAPE_PROXYTYPE) return 0;
+  const auto& compound = static_cast<const btCompoundShape&>(shape);
+  auto hash = static_cast<std::uint64_t>(compound.getUpdateRevision());
+  for (int child = 0; child < compound.getNumChildShapes(); ++child) {
+    const btCollisionShape* const part = compound.getChildShape(child);
+    const Vec3 place = toVec3(compound.getChildTransform(child).getOrigin());
+    hash = mixed(hash, std::hash<const btCollisionShape*>()(part));
+    for (const double coordinate : place)
+      hash = mixed(hash, std::bit_cast<std::uint64_t>(coordinate));
+    hash = mixed(hash, revisionOf(*part));
+  }
+  return hash;
 }
 
 bool touchesNothing(const btCollisionObject& object) {
@@ -198,14 +216,14 @@ void BodyTracker::matchWorld(const btCollisionWorld& world) {
   std::vector<TrackedBody> matched(count);
   std::vector<MotionHistory> trails(count);
   for (std::size_t i = 0; i < count; ++i) {
-    const btCollisionObject* object = objects[static_cast<int>(i)];
+    btCollisionObject* const object = objects[static_cast<int>(i)];
     const auto found = known.find(object);
     if (found != known.end() && isSame(bodies_[found->second], *object)) {
       matched[i] = bodies_[found->second];
       trails[i] = histories_[found->second];
     } else {
       matched[i].object = object;
-      matched[i].proxyId = proxyIdOf(*object);
+      matched[i].identity = identify(*object);
       matched[i].id = nextId_++;
     }
   }
@@ -219,6 +237,7 @@ void BodyTracker::matchWorld(const btCollisionWorld& world) {
 void BodyTracker::readShape(TrackedBody& body) {
   const btCollisionShape& shape = *body.object->getCollisionShape();
   const ShapeTrace before = body.trace;
+  std::uint64_t revision = 0;
   if (touchesNothing(*body.object)) {
     body.shape = ContactShape::none;
   } else if (shape.getShapeType() == SPHERE_SHAPE_PROXYTYPE) {
@@ -234,9 +253,10 @@ void BodyTracker::readShape(TrackedBody& body) {
     const ShapeSize& size = sizeOf(shape);
     body.radius = size.radius;
     body.margin = size.margin;
+    revision = size.revision;
   }
   if (!relativeMargin_) body.margin = double{gContactBreakingThreshold};
-  body.trace = {&shape, body.radius, static_cast<double>(shape.getMargin()), revisionOf(shape)};
+  body.trace = {&shape, body.radius, static_cast<double>(shape.getMargin()), revision};
   if (body.trace == before) return;
   ++body.shapeNumber;
   const bool hasParts = body.shape == ContactShape::sphere || body.shape == ContactShape::other;
@@ -245,7 +265,8 @@ void BodyTracker::readShape(TrackedBody& body) {
 
 const BodyTracker::ShapeSize& BodyTracker::sizeOf(const btCollisionShape& shape) {
   ShapeSize& size = sizes_[std::hash<const btCollisionShape*>()(&shape) / 64 % sizes_.size()];
-  if (size.shape != &shape) size = {&shape, radiusAround(shape), contactMargin(shape)};
+  if (size.shape != &shape)
+    size = {&shape, radiusAround(shape), contactMargin(shape), revisionOf(shape)};
   return size;
 }
 

@@ -2,12 +2,14 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <unordered_map>
 #include <vector>
 
 #include <btBulletDynamicsCommon.h>
 
+#include "bullet_bridge/bodies/object_identity.h"
 #include "bullet_bridge/geometry/rigid_motion.h"
 #include "bullet_bridge/geometry/to_vec3.h"
 #include "bullet_bridge/shapes/shape_parts.h"
@@ -54,13 +56,15 @@ struct ShapeTrace {
   const btCollisionShape* shape = nullptr;
   double radius = 0.0;  ///< m, as TrackedBody::radius
   double margin = 0.0;  ///< m, Bullet's collision margin
-  int revision = 0;     ///< number of a hull's corners, or of a compound's changes
+  /// Hash of the place and number of a hull's corners, or of a compound's children and their
+  /// places.
+  std::uint64_t revision = 0;
   bool operator==(const ShapeTrace&) const = default;
 };
 
 struct TrackedBody {
   const btCollisionObject* object = nullptr;
-  int proxyId = -1;  ///< tells a new object at an old address from the old one
+  ObjectIdentity identity;
   BodyId id = 0;
   BodyKind kind = BodyKind::fixed;
   ContactShape shape = ContactShape::none;
@@ -176,8 +180,9 @@ class BodyTracker {
 
   struct ShapeSize {
     const btCollisionShape* shape = nullptr;
-    double radius = 0.0;  // m, as TrackedBody::radius
-    double margin = 0.0;  // m, as TrackedBody::margin
+    double radius = 0.0;         // m, as TrackedBody::radius
+    double margin = 0.0;         // m, as TrackedBody::margin
+    std::uint64_t revision = 0;  // as ShapeTrace::revision
   };
 
   std::vector<TrackedBody> bodies_;

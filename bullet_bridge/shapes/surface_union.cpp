@@ -1,7 +1,10 @@
 #include "bullet_bridge/shapes/surface_union.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <numeric>
 #include <utility>
 
 namespace carom::bullet {
@@ -138,11 +141,29 @@ std::vector<Polygon> outside(const Polygon& polygon, const Solid& solid, bool ke
   return kept;
 }
 
-std::vector<Polygon> outsideOfAll(const Polygon& face, const std::vector<Solid>& solids,
-                                  std::size_t own, double tolerance) {
-  std::vector<Polygon> parts = {face};
+// The other solids that may touch one, by index. The last one is always among them: parts that have
+// no area are dropped before each.
+std::vector<std::size_t> neighboursOf(const std::vector<Solid>& solids, std::size_t own,
+                                      double tolerance) {
+  const Vec3 margin = Vec3::Constant(2.0 * tolerance);
+  const Vec3 low = solids[own].low - margin;
+  const Vec3 high = solids[own].high + margin;
+  std::vector<std::size_t> neighbours;
   for (std::size_t other = 0; other < solids.size(); ++other) {
     if (other == own) continue;
+    const Solid& solid = solids[other];
+    const bool isApart =
+        (low.array() > solid.high.array()).any() || (high.array() < solid.low.array()).any();
+    if (!isApart || other + 1 == solids.size()) neighbours.push_back(other);
+  }
+  return neighbours;
+}
+
+std::vector<Polygon> outsideOfAll(const Polygon& face, const std::vector<Solid>& solids,
+                                  std::size_t own, const std::vector<std::size_t>& others,
+                                  double tolerance) {
+  std::vector<Polygon> parts = {face};
+  for (const std::size_t other : others) {
     std::vector<Polygon> next;
     for (const Polygon& part : parts) {
       if (twiceArea(part).norm() < tolerance * tolerance) continue;
@@ -158,9 +179,67 @@ std::vector<Polygon> outsideOfAll(const Polygon& face, const std::vector<Solid>&
   return parts;
 }
 
+// Vertices by the cells of a grid, about one to a cell.
+class VertexGrid {
+ public:
+  VertexGrid(const std::vector<Vec3>& points, const std::vector<std::uint32_t>& used)
+      : cells_(std::clamp<std::size_t>(
+            static_cast<std::size_t>(std::cbrt(static_cast<double>(used.size()))), 1, 64)) {
+    Eigen::AlignedBox3d box;
+    for (const std::uint32_t vertex : used)
+      box.extend(points[vertex]);
+    low_ = box.min();
+    perMetre_ = static_cast<double>(cells_) * box.sizes().cwiseMax(1e-300).cwiseInverse();
+    firsts_.resize(cells_ * cells_ * cells_ + 1);
+    for (const std::uint32_t vertex : used)
+      ++firsts_[cellOf(points[vertex]) + 1];
+    std::partial_sum(firsts_.begin(), firsts_.end(), firsts_.begin());
+    std::vector<std::size_t> next = firsts_;
+    vertices_.resize(used.size());
+    for (const std::uint32_t vertex : used)
+      vertices_[next[cellOf(points[vertex])]++] = vertex;
+  }
+
+  // Calls a function for all vertices in a box, and for some near it.
+  template <class Function>
+  void visit(const Vec3& low, const Vec3& high, const Function& function) const {
+    const auto [firstX, firstY, firstZ] = placeOf(low);
+    const auto [lastX, lastY, lastZ] = placeOf(high);
+    for (std::size_t z = firstZ; z <= lastZ; ++z) {
+      for (std::size_t y = firstY; y <= lastY; ++y) {
+        const std::size_t row = cells_ * (y + cells_ * z);
+        for (std::size_t k = firsts_[row + firstX]; k < firsts_[row + lastX + 1]; ++k)
+          function(vertices_[k]);
+      }
+    }
+  }
+
+ private:
+  std::array<std::size_t, 3> placeOf(const Vec3& point) const {
+    std::array<std::size_t, 3> place{};
+    for (int axis = 0; axis < 3; ++axis) {
+      const double at = (point[axis] - low_[axis]) * perMetre_[axis];
+      const auto last = static_cast<double>(cells_ - 1);
+      place[static_cast<std::size_t>(axis)] =
+          at > 0.0 ? static_cast<std::size_t>(std::min(at, last)) : 0;
+    }
+    return place;
+  }
+  std::size_t cellOf(const Vec3& point) const {
+    const auto [x, y, z] = placeOf(point);
+    return x + cells_ * (y + cells_ * z);
+  }
+
+  std::size_t cells_;  // along each axis
+  Vec3 low_;
+  Vec3 perMetre_;                    // cells
+  std::vector<std::size_t> firsts_;  // of each cell, in vertices_
+  std::vector<std::uint32_t> vertices_;
+};
+
 // Returns the ring with all vertices that lie on its edges, in their order.
 Ring withVerticesOnEdges(const Ring& ring, const std::vector<Vec3>& points,
-                         const std::vector<std::uint32_t>& used, double tolerance) {
+                         const VertexGrid& vertices, double tolerance) {
   Ring result;
   for (std::size_t k = 0; k < ring.size(); ++k) {
     const std::uint32_t from = ring[k];
@@ -169,12 +248,15 @@ Ring withVerticesOnEdges(const Ring& ring, const std::vector<Vec3>& points,
     const double length = (points[to] - points[from]).norm();
     const Vec3 along = (points[to] - points[from]) / length;
     std::vector<std::pair<double, std::uint32_t>> between;
-    for (const std::uint32_t vertex : used) {
+    const Vec3 margin = Vec3::Constant(tolerance);
+    const Vec3 low = points[from].cwiseMin(points[to]) - margin;
+    const Vec3 high = points[from].cwiseMax(points[to]) + margin;
+    vertices.visit(low, high, [&](std::uint32_t vertex) {
       const Vec3 offset = points[vertex] - points[from];
       const double place = along.dot(offset);
-      if (vertex == from || vertex == to || place <= 0.0 || place >= length) continue;
+      if (vertex == from || vertex == to || place <= 0.0 || place >= length) return;
       if ((offset - place * along).norm() <= tolerance) between.emplace_back(place, vertex);
-    }
+    });
     std::sort(between.begin(), between.end());
     for (const auto& [place, vertex] : between)
       result.push_back(vertex);
@@ -214,6 +296,7 @@ SurfaceMesh assembled(const std::vector<Polygon>& polygons, double tolerance) {
   std::vector<std::uint32_t> used = names;
   std::sort(used.begin(), used.end());
   used.erase(std::unique(used.begin(), used.end()), used.end());
+  const VertexGrid grid(mesh.vertices, used);
   std::size_t next = 0;
   for (const Polygon& polygon : polygons) {
     Ring ring;
@@ -223,7 +306,7 @@ SurfaceMesh assembled(const std::vector<Polygon>& polygons, double tolerance) {
     while (ring.size() > 1 && ring.back() == ring.front())
       ring.pop_back();
     if (ring.size() >= 3)
-      triangulate(withVerticesOnEdges(ring, mesh.vertices, used, 4.0 * tolerance), mesh);
+      triangulate(withVerticesOnEdges(ring, mesh.vertices, grid, 4.0 * tolerance), mesh);
   }
   return mesh;
 }
@@ -237,8 +320,9 @@ std::optional<SurfaceMesh> unionOfConvex(const std::vector<SurfaceMesh>& meshes,
     solids.push_back(solidOf(mesh, tolerance));
   std::vector<Polygon> polygons;
   for (std::size_t own = 0; own < solids.size(); ++own) {
+    const std::vector<std::size_t> others = neighboursOf(solids, own, tolerance);
     for (const Polygon& face : solids[own].faces) {
-      for (Polygon& part : outsideOfAll(face, solids, own, tolerance))
+      for (Polygon& part : outsideOfAll(face, solids, own, others, tolerance))
         polygons.push_back(std::move(part));
     }
   }

@@ -9,7 +9,7 @@
 #include <btBulletDynamicsCommon.h>
 
 #include "bullet_bridge/bodies/body_tracker.h"
-#include "bullet_bridge/bodies/proxy_id.h"
+#include "bullet_bridge/bodies/object_identity.h"
 #include "bullet_bridge/tracking/bridge_context.h"
 #include "bullet_bridge/tracking/contact_classifier.h"
 #include "bullet_bridge/tracking/tick_hook.h"
@@ -63,7 +63,7 @@ const btCollisionObject* BulletBridge::Impl::find(BodyId id) const {
   if (body == nullptr) return nullptr;
   const auto& objects = world().getCollisionObjectArray();
   const int index = objects.findLinearSearch(const_cast<btCollisionObject*>(body->object));
-  const bool isThere = index < objects.size() && proxyIdOf(*objects[index]) == body->proxyId;
+  const bool isThere = index < objects.size() && identityOf(*objects[index]) == body->identity;
   return isThere ? body->object : nullptr;
 }
 

@@ -32,6 +32,7 @@
 #include "command/list/scenes_command.h"
 #include "command/listen_command.h"
 #include "command/modes_command.h"
+#include "command/output/kept_inputs.h"
 #include "command/output/output_target.h"
 #include "command/output/sound_name.h"
 #include "command/progress_bar.h"
@@ -139,38 +140,30 @@ void applySound(const Arguments& arguments, Scene& scene) {
 }
 
 // Returns why the output files cannot be written, before anything is read; empty if they can.
-Status checkOutputs(const Arguments& arguments, const std::string& input) {
-  if (isSameFile(arguments.output, arguments.scene))
-    return Error{"--output: " + arguments.output + " is the " + input +
-                 " itself; expected another name"};
+Status checkOutputs(const Arguments& arguments) {
+  if (const Status kept = checkKept(
+          {{"--output", arguments.output}, {"--events", arguments.events}}, {arguments.scene});
+      !kept)
+    return kept.error();
   if (!isWavName(arguments.output))
     return Error{"--output: '" + arguments.output +
                  "' is not the name of a WAV file; expected FILE.wav"};
-  if (arguments.events.empty()) return std::monostate{};
-  if (isSameFile(arguments.events, arguments.scene))
-    return Error{"--events: " + arguments.events + " is the " + input +
-                 " itself; expected another name"};
-  if (isSameFile(arguments.events, arguments.output))
+  if (!arguments.events.empty() && isSameFile(arguments.events, arguments.output))
     return Error{"--events: " + arguments.events + " is the sound file too; expected another name"};
   return std::monostate{};
 }
 
 // Refuses an output that would take the place of a file that the scene names, or, with stems, of
 // the scene.
-Status checkKept(const Arguments& arguments, const Scene& scene) {
-  std::vector<std::pair<const char*, std::filesystem::path>> outputs = {
-      {"--output", arguments.output}, {"--events", arguments.events}};
+Status checkSceneKept(const Arguments& arguments, const Scene& scene) {
+  std::vector<WrittenFile> outputs = {{"--output", arguments.output},
+                                      {"--events", arguments.events}};
   if (arguments.stems)
     for (const Stem stem : {Stem::clicks, Stem::rings, Stem::contacts})
-      outputs.emplace_back("--stems", stemName(arguments.output, stem));
+      outputs.push_back({"--stems", stemName(arguments.output, stem)});
   std::vector<std::filesystem::path> read = scene.files;
   read.emplace_back(arguments.scene);
-  for (const auto& [option, output] : outputs)
-    for (const std::filesystem::path& file : read)
-      if (!output.empty() && isSameFile(output, file))
-        return Error{std::string(option) + ": " + output.string() + " would take the place of " +
-                     file.string() + ", which is read; expected another name"};
-  return std::monostate{};
+  return checkKept(outputs, read);
 }
 
 RenderOptions renderOptions(const Arguments& arguments) {
@@ -250,13 +243,13 @@ int renderInto(const Arguments& arguments, const OutputTarget& target, const Sce
 }
 
 // Settles where the sound goes; refuses what cannot be written there, before anything is read.
-Result<OutputTarget> soundTarget(Arguments& arguments, const std::string& input) {
+Result<OutputTarget> soundTarget(Arguments& arguments) {
   if (arguments.output.empty()) {
     const Result<std::string> name = soundNameOf(arguments.scene);
     if (!name) return name.error();
     arguments.output = *name;
   }
-  if (const Status valid = checkOutputs(arguments, input); !valid) return valid.error();
+  if (const Status valid = checkOutputs(arguments); !valid) return valid.error();
   const bool isStream = arguments.output == kStandardOutput;
   if (isStream && arguments.stems)
     return Error{"--stems: several files cannot go to standard output; expected -o FILE.wav"};
@@ -270,7 +263,7 @@ Result<OutputTarget> soundTarget(Arguments& arguments, const std::string& input)
 }
 
 int render(Arguments& arguments) {
-  const Result<OutputTarget> target = soundTarget(arguments, "scene");
+  const Result<OutputTarget> target = soundTarget(arguments);
   if (!target) return fail(kBadInput, target.error().message);
   Result<Scene> scene = loadScene(arguments.scene, {.confined = arguments.confine});
   if (!scene) return fail(kBadInput, scene.error().message);
@@ -282,7 +275,7 @@ int render(Arguments& arguments) {
   }
   if (const Status valid = validateRun(*scene); !valid)
     return fail(kBadInput, arguments.scene + ": " + valid.error().message);
-  if (const Status kept = checkKept(arguments, *scene); !kept)
+  if (const Status kept = checkSceneKept(arguments, *scene); !kept)
     return fail(kBadInput, kept.error().message);
   return renderInto(arguments, *target, *scene, {});
 }
@@ -326,9 +319,8 @@ int recordStepper(const Arguments& arguments, const OutputTarget& target, const 
 }
 
 int record(const Arguments& arguments) {
-  if (isSameFile(arguments.output, arguments.scene))
-    return fail(kBadInput,
-                "--output: " + arguments.output + " is the scene itself; expected another name");
+  if (const Status kept = checkKept({{"--output", arguments.output}}, {arguments.scene}); !kept)
+    return fail(kBadInput, kept.error().message);
   const Result<OutputTarget> target = OutputTarget::create(arguments.output, "--output");
   if (!target) return fail(kBadInput, target.error().message);
   Result<std::string> text = readSceneText(arguments.scene);
@@ -338,7 +330,7 @@ int record(const Arguments& arguments) {
   applyStepper(arguments, *scene);
   if (const Status valid = validateRun(*scene); !valid)
     return fail(kBadInput, arguments.scene + ": " + valid.error().message);
-  if (const Status kept = checkKept(arguments, *scene); !kept)
+  if (const Status kept = checkSceneKept(arguments, *scene); !kept)
     return fail(kBadInput, kept.error().message);
   Warnings warnings;
   warnOfLongRun(arguments.scene, *scene, warnings);
@@ -380,7 +372,7 @@ int replayScene(const Arguments& arguments, const OutputTarget& target, Scene& s
                 const Replay& replay) {
   if (const Status valid = validateSpan(arguments.span, scene); !valid)
     return fail(kBadInput, valid.error().message);
-  if (const Status kept = checkKept(arguments, scene); !kept)
+  if (const Status kept = checkSceneKept(arguments, scene); !kept)
     return fail(kBadInput, kept.error().message);
   applySound(arguments, scene);
   applyListeners(arguments, scene);
@@ -388,7 +380,7 @@ int replayScene(const Arguments& arguments, const OutputTarget& target, Scene& s
 }
 
 int replay(Arguments& arguments) {
-  const Result<OutputTarget> target = soundTarget(arguments, "recording");
+  const Result<OutputTarget> target = soundTarget(arguments);
   if (!target) return fail(kBadInput, target.error().message);
   if (isRunFile(arguments.scene)) {
     Result<RecordedRun> run = openRun(arguments.scene, arguments.confine);

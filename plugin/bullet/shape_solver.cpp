@@ -15,6 +15,8 @@
 namespace carom::plugin {
 namespace {
 
+/// Complete shapes that are kept for bodies to come.
+constexpr std::size_t kManyShapes = 4096;
 /// Steps by which the thread is nicer than the others.
 constexpr int kNicer = 10;
 
@@ -230,6 +232,27 @@ void ShapeSolver::takeSolved() {
   }
   for (Solution& solution : done)
     enter(std::move(solution));
+}
+
+void ShapeSolver::keepOnly(const std::unordered_set<ShapeId>& shapes) {
+  const bool areMany = ids_.size() > kManyShapes;
+  const std::lock_guard lock(mutex_);
+  const auto isForgotten = [&](ShapeId shape) {
+    if (shapes.contains(shape) || shape == underWay_) return false;
+    return isComplete(shape) ? areMany
+                             : std::ranges::find(done_, shape, &Solution::shape) == done_.end();
+  };
+  for (auto entry = ids_.begin(); entry != ids_.end();) {
+    const ShapeId shape = entry->second;
+    if (!isForgotten(shape)) {
+      ++entry;
+      continue;
+    }
+    if (!isComplete(shape)) ++forgotten_;
+    std::erase_if(waiting_, [shape](const Job& job) { return job.shape == shape; });
+    shapes_[shape] = {nullptr, Error{"shape: forgotten"}};
+    entry = ids_.erase(entry);
+  }
 }
 
 std::optional<ShapeSolver::Job> ShapeSolver::takeJob(ShapeId shape) {

@@ -10,6 +10,7 @@
 #include <optional>
 #include <thread>
 #include <unordered_map>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -60,17 +61,21 @@ class ShapeSolver {
   bool finish(ShapeId shape);
   /// Makes all solutions known.
   void finishAll();
+  /// Forgets shapes that wait, but for those given, and, where there are many, those that are
+  /// complete. They are asked about no more; an equal surface will be a new shape.
+  void keepOnly(const std::unordered_set<ShapeId>& shapes);
   /// Drops what waits, so that it stays unknown, and waits for the surface that is being solved; a
   /// recoil is ended early.
   void stop();
 
   std::uint64_t known() const { return known_; }    ///< solutions, of radiators and recoils
   std::uint64_t solved() const { return solved_; }  ///< shapes with a radiator
-  std::uint64_t pending() const { return shapes_.size() - complete_; }  ///< shapes
+  std::uint64_t pending() const { return shapes_.size() - complete_ - forgotten_; }  ///< shapes
+  std::size_t kept() const { return ids_.size(); }  ///< shapes that are not forgotten
 
  private:
   struct Shape {
-    const SurfaceMesh* surface;  // in ids_
+    const SurfaceMesh* surface;  // in ids_; null if it is forgotten
     std::optional<Result<Radiator>> radiator{};
     std::optional<Result<Recoil>> recoil{};
   };
@@ -112,6 +117,7 @@ class ShapeSolver {
   std::uint64_t known_ = 0;
   std::uint64_t solved_ = 0;
   std::uint64_t complete_ = 0;
+  std::uint64_t forgotten_ = 0;  // of those that are not complete
   std::thread thread_;
   std::int64_t process_ = 0;  // that has the thread
 

@@ -8,7 +8,7 @@
 #include <btBulletDynamicsCommon.h>
 
 #include "audio/contact/contact_drive.h"
-#include "bullet_bridge/bodies/proxy_id.h"
+#include "bullet_bridge/bodies/object_identity.h"
 #include "bullet_bridge/geometry/to_vec3.h"
 #include "plugin/bullet/assigned_sound.h"
 #include "plugin/bullet/body_form.h"
@@ -316,7 +316,7 @@ BodySound WorldSession::assignedTo(const KnownBody& body, const btCollisionObjec
 void WorldSession::mergeUnseen(const btCollisionObject& object, BodySound& assigned) {
   const auto found = unseen_.find(&object);
   if (found == unseen_.end()) return;
-  if (found->second.proxyId == proxyIdOf(object)) merge(assigned, found->second.assigned);
+  if (found->second.identity == identityOf(object)) merge(assigned, found->second.assigned);
   unseen_.erase(found);
 }
 
@@ -426,6 +426,10 @@ void WorldSession::forgetRemoved() {
     toldPoses_.erase(entry.first);
     return true;
   });
+  std::unordered_set<ShapeSolver::ShapeId> awaited;
+  for (const auto& [id, known] : known_)
+    if (known.pending) awaited.insert(*known.pending);
+  reader_.solver().keepOnly(awaited);
 }
 
 Status WorldSession::requireWorld() const {
@@ -445,7 +449,9 @@ Status WorldSession::assign(const btCollisionObject& object, const BodySound& so
   if (!checked) return checked.error();
   if (Status present = requirePresent(object); !present) return present;
   UnseenBody& unseen = unseen_[&object];
-  if (unseen.proxyId != proxyIdOf(object)) unseen = {proxyIdOf(object), {}};
+  const ObjectIdentity identity =
+      identify(*world_.getCollisionObjectArray()[object.getWorldArrayIndex()]);
+  if (unseen.identity != identity) unseen = {identity, {}};
   merge(unseen.assigned, *checked);
   reader_.beginReading();
   if (const Result<BodyId> id = bridge_->bodyId(object)) read(*id, object);

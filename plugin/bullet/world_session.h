@@ -12,6 +12,7 @@
 
 #include <LinearMath/btTransform.h>
 
+#include "bullet_bridge/bodies/object_identity.h"
 #include "carom/bullet/bullet_bridge.h"
 #include "carom/sound.h"
 #include "plugin/bullet/automatic_listener.h"
@@ -70,7 +71,7 @@ class WorldSession final : public SoundSession {
   /// The sound assigned to a body that no substep has seen yet, and that so has no id. Another body
   /// may come to its address.
   struct UnseenBody {
-    int proxyId = -1;
+    bullet::ObjectIdentity identity;
     BodySound assigned;
   };
 

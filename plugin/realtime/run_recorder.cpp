@@ -135,26 +135,43 @@ void RunRecorder::describe(BodyId id, std::string name, const BodyForm& form) {
 void RunRecorder::removeBody(BodyId id) {
   const auto found = bodies_.find(id);
   if (found == bodies_.end()) return;
-  if (found->second.isNumbered) removed_.push_back(found->second.record.id);
+  if (found->second.isNumbered) removed_.push_back({found->second.record.id, seconds()});
   bodies_.erase(found);
 }
 
-/// Numbers a body and has it written as it is now, if it is not.
-void RunRecorder::require(Body& body) {
-  if (!std::exchange(body.isNumbered, true)) body.record.id = count_++;
-  if (std::exchange(body.isWritten, true)) return;
-  changes_.push_back(body.record);
-  if (count_ > kMostRunBodies)
-    fail({(writer_ ? writer_->file().string() : "the run in memory") + ": it has more than " +
-          std::to_string(kMostRunBodies) + " bodies"});
+/// Returns a number for a body; none if there are too many. In a file, numbers of bodies that are
+/// gone are given again only where there are no others.
+std::optional<BodyId> RunRecorder::takeNumber() {
+  if (!free_.empty() && (kept_ || count_ == kMostRunBodies)) {
+    const BodyId number = free_.front();
+    free_.pop_front();
+    before_.erase(number);
+    return number;
+  }
+  if (count_ == kMostRunBodies) {
+    if (lack_) return std::nullopt;
+    lack_ = Error{(writer_ ? writer_->file().string() : "the run in memory") + ": it has " +
+                  std::to_string(kMostRunBodies) +
+                  " bodies at once, the most that a run can have; others are left out of it"};
+    return std::nullopt;
+  }
+  return count_++;
 }
 
-/// Returns a body's number in the run; none if it was not set.
+/// Returns a body's number in the run, and has it written as it is now; none if it was not set, or
+/// there are too many.
 std::optional<BodyId> RunRecorder::numberOf(BodyId id) {
   const auto found = bodies_.find(id);
   if (found == bodies_.end()) return std::nullopt;
-  require(found->second);
-  return found->second.record.id;
+  Body& body = found->second;
+  if (!body.isNumbered) {
+    const std::optional<BodyId> number = takeNumber();
+    if (!number) return std::nullopt;
+    body.record.id = *number;
+    body.isNumbered = true;
+  }
+  if (!std::exchange(body.isWritten, true)) changes_.push_back(body.record);
+  return body.record.id;
 }
 
 /// Adds an event or contact to the step in hand, by the numbers of its bodies. What no run can
@@ -261,6 +278,7 @@ void RunRecorder::closePortion(double settled) {
   portion.settledTime = settled_;
   if (failure_) {
     changes_.clear();
+    removed_.clear();
   } else if (writer_) {
     write(std::move(portion));
   } else {
@@ -271,7 +289,10 @@ void RunRecorder::closePortion(double settled) {
 void RunRecorder::write(RunPortion portion) {
   if (const Status put = putBodies(*writer_, encoder_, changes_); !put) return fail(put.error());
   changes_.clear();
-  if (const Status added = writer_->add(std::move(portion)); !added) fail(added.error());
+  if (const Status added = writer_->add(std::move(portion)); !added) return fail(added.error());
+  written_ = {.seconds = seconds(), .bodies = count_};
+  for (const Removed& body : std::exchange(removed_, {}))
+    free_.push_back(body.number);
 }
 
 void RunRecorder::keep(RunPortion portion) {
@@ -339,26 +360,28 @@ void RunRecorder::dropOld() {
     path.erase(path.begin(), next);
   }
   since_ = first;
-  // A body that is gone keeps its number, and nothing else.
-  std::erase_if(removed_, [this](BodyId number) {
-    const auto found = before_.find(number);
-    if (found == before_.end()) return false;
-    SoundBody silent;
-    silent.material = found->second.sound.material;
-    found->second.sound = silent;
-    found->second.form = {};
+  // A body that was gone before keeps its number until another needs it, and nothing else.
+  std::erase_if(removed_, [&](const Removed& body) {
+    const auto found = before_.find(body.number);
+    if (body.time > first || found == before_.end()) return false;
+    HostBody& old = found->second;
+    old.sound = {.material = old.sound.material};
+    old.form = {};
+    poses_.erase(body.number);
+    free_.push_back(body.number);
     return true;
   });
 }
 
-HostWorld RunRecorder::world(double begin) const {
+/// Returns the settings and the listeners' paths, with the bodies and up to the time given.
+HostWorld RunRecorder::world(double begin, const Extent& extent) const {
   HostWorld world{.synth = synth_,
                   .listeners = listeners_,
                   .paths = paths_,
                   .hasOwnHeads = hasOwnHeads_,
                   .begin = begin,
-                  .duration = seconds() - begin,
-                  .bodies = count_};
+                  .duration = extent.seconds - begin,
+                  .bodies = extent.bodies};
   for (std::vector<ListenerPose>& path : world.paths)
     for (ListenerPose& pose : path)
       pose.time -= begin;
@@ -367,9 +390,11 @@ HostWorld RunRecorder::world(double begin) const {
 
 Status RunRecorder::finish() {
   closePortion(time_);
-  if (failure_) return *failure_;
-  if (!(seconds() > 0.0)) return withoutStep(writer_->file());
-  return complete(*writer_, world(0.0));
+  if (!failure_ && !(seconds() > 0.0)) return withoutStep(writer_->file());
+  if (!failure_) return complete(*writer_, world(0.0, {seconds(), count_}));
+  if (written_.seconds > 0.0 && complete(*writer_, world(0.0, written_)))
+    return Error{failure_->message + "; the file has the run up to then"};
+  return *failure_;
 }
 
 Status RunRecorder::save(const std::filesystem::path& file) {
@@ -396,7 +421,7 @@ Status RunRecorder::save(const std::filesystem::path& file) {
   }
   for (const RunPortion& portion : open_)
     if (Status added = writer->add(portion); !added) return added;
-  return complete(*writer, world(begin));
+  return complete(*writer, world(begin, {seconds(), count_}));
 }
 
 }  // namespace carom::plugin

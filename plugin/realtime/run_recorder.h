@@ -21,8 +21,9 @@
 namespace carom::plugin {
 
 /// Keeps what a host tells its sound, to be heard again: in a file, as it goes, or in memory, the
-/// last seconds of it. Bodies are numbered in the order in which they come. Leaps of the clock are
-/// left out, as SoundRecorder leaves them out. [simulation thread]
+/// last seconds of it. Bodies are numbered in the order in which they come; a run has 200,000 at
+/// once at most, and leaves others out. Leaps of the clock are left out, as SoundRecorder leaves
+/// them out. [simulation thread]
 class RunRecorder {
  public:
   /// Refuses what RunWriter refuses.
@@ -33,6 +34,8 @@ class RunRecorder {
 
   /// The error that has ended it.
   const std::optional<Error>& failure() const { return failure_; }
+  /// What it leaves out, if there is more than a run can have.
+  const std::optional<Error>& lack() const { return lack_; }
   double seconds() const { return time_ + shift_; }  ///< s, clock of the run
 
   /// Begins at that time of the simulation.
@@ -54,7 +57,8 @@ class RunRecorder {
   /// Ends a step. Every event before `settled` (s) has been posted.
   void advanceTo(double seconds, double settled);
 
-  /// Completes the file of toFile. Returns the first error since the beginning.
+  /// Completes the file of toFile. Returns the first error since the beginning, up to which the
+  /// file has the run if it can be had.
   Status finish();
   /// Writes what is in memory into a file. Refuses what RunWriter refuses.
   Status save(const std::filesystem::path& file);
@@ -66,6 +70,14 @@ class RunRecorder {
     audio::HostBody record;
     bool isNumbered = false;
     bool isWritten = false;  // as it is now
+  };
+  struct Extent {
+    double seconds = 0.0;  // clock of the run
+    std::uint32_t bodies = 0;
+  };
+  struct Removed {
+    BodyId number = 0;
+    double time = 0.0;  // s, clock of the run
   };
   /// Portions in memory, packed, with what begins and ends with them.
   struct Piece {
@@ -81,23 +93,26 @@ class RunRecorder {
   template <class Record>
   void add(Record record, std::vector<Record>& records);
   bool isOfUse(const ContactState& contact);
-  void require(Body& body);
+  std::optional<BodyId> takeNumber();
   void closePortion(double settled);
   void write(audio::RunPortion portion);
   void keep(audio::RunPortion portion);
   void closePiece();
   void dropOld();
   void fail(Error error);
-  audio::HostWorld world(double begin) const;
+  audio::HostWorld world(double begin, const Extent& extent) const;
 
   SynthSettings synth_;
   std::vector<Listener> listeners_;
   bool hasOwnHeads_ = false;
   std::optional<double> kept_;  // s, in memory
   std::optional<Error> failure_;
+  std::optional<Error> lack_;
   std::map<BodyId, Body> bodies_;               // by the host's id
   std::vector<BodyId> fresh_;                   // of these, not numbered yet
-  std::uint32_t count_ = 0;                     // of numbered bodies
+  std::uint32_t count_ = 0;                     // of numbers
+  std::vector<Removed> removed_;                // bodies that are gone
+  std::deque<BodyId> free_;                     // their numbers, where nothing in hand has them
   std::set<std::pair<BodyId, BodyId>> moving_;  // the host's ids: their contact slides or rolls
   std::vector<std::vector<ListenerPose>> paths_;
   double since_ = 0.0;            // s, the run's clock: of the listeners' first poses
@@ -110,6 +125,7 @@ class RunRecorder {
   std::vector<audio::HostBody> changes_;  // from the step in hand on
 
   std::optional<audio::RunWriter> writer_;  // to a file
+  Extent written_;
   audio::HostEncoder encoder_;
 
   std::deque<Piece> pieces_;  // in memory
@@ -117,7 +133,6 @@ class RunRecorder {
   std::size_t openSize_ = 0;
   std::map<BodyId, audio::HostBody> before_;  // by number, as they were before the first piece
   std::map<BodyId, ListenerPose> poses_;      // the same
-  std::vector<BodyId> removed_;               // numbers of bodies that are gone
 };
 
 }  // namespace carom::plugin

@@ -561,6 +561,7 @@ Status SoundSession::saveRun(const std::filesystem::path& file) {
 void SoundSession::tellFailure() {
   forEachRun([this](const RunRecorder& run) {
     if (run.failure()) say(run.failure()->message);
+    if (run.lack()) say(run.lack()->message);
   });
   if (!recorder || !recorder->failure() || std::exchange(hasToldFailure, true)) return;
   say(recorder->failure()->message);

@@ -28,13 +28,15 @@ inline btTransform poseAt(const Vec3& position, const btQuaternion& turn = {0, 0
 }
 
 enum class WorldKind { discrete, multithreaded, multibody, soft };
+enum class BroadphaseKind { tree, sweep, simple };
 
 /// One of Bullet's worlds with Bullet's defaults, as a host would build it. The kind decides the
 /// world, its solver, its dispatcher and its collision configuration.
 class AnyWorld {
  public:
-  explicit AnyWorld(double gravity = 0.0, WorldKind kind = WorldKind::discrete) {
-    build(kind);
+  explicit AnyWorld(double gravity = 0.0, WorldKind kind = WorldKind::discrete,
+                    BroadphaseKind broadphase = BroadphaseKind::tree) {
+    build(kind, broadphase);
     world->setGravity(bt({0, -gravity, 0}));
   }
   ~AnyWorld() {
@@ -109,11 +111,18 @@ class AnyWorld {
   }
 
  private:
-  void build(WorldKind kind) {
+  static std::unique_ptr<btBroadphaseInterface> made(BroadphaseKind kind) {
+    if (kind == BroadphaseKind::sweep)
+      return std::make_unique<btAxisSweep3>(btVector3(-100, -100, -100), btVector3(100, 100, 100));
+    if (kind == BroadphaseKind::simple) return std::make_unique<btSimpleBroadphase>();
+    return std::make_unique<btDbvtBroadphase>();
+  }
+
+  void build(WorldKind kind, BroadphaseKind broadphase) {
     configuration_ = kind == WorldKind::soft
                          ? std::make_unique<btSoftBodyRigidBodyCollisionConfiguration>()
                          : std::make_unique<btDefaultCollisionConfiguration>();
-    broadphase_ = std::make_unique<btDbvtBroadphase>();
+    broadphase_ = made(broadphase);
     if (kind == WorldKind::multithreaded) return buildMultithreaded();
     dispatcher_ = std::make_unique<btCollisionDispatcher>(configuration_.get());
     if (kind == WorldKind::multibody) {

@@ -197,6 +197,23 @@ TEST(ShapeSurface, TurnedBoxesAreTheirUnion) {
   expectSolid(star, 2.0 * (8.0 - overlap), Vec3::Zero(), 1e-4);
 }
 
+// Where every edge was held against every vertex, this took half a minute.
+TEST(ShapeSurface, ALongRowOfOverlappingPartsIsTheirUnion) {
+  constexpr int kParts = 300;
+  btCompoundShape bar;
+  btBoxShape box(btVector3(1, 1, 1));
+  for (int part = 0; part < kParts; ++part)
+    bar.addChildShape(at(part, 0, 0), &box);
+  expectSolid(bar, 4.0 * (kParts + 1), {0.5 * (kParts - 1), 0, 0}, 1e-3);
+  btCompoundShape chain;
+  btCapsuleShapeX link(btScalar(0.5), 2);
+  for (int part = 0; part < 100; ++part)
+    chain.addChildShape(at(2 * part, 0, 0), &link);
+  const Result<SurfaceMesh> surface = shapeSurface(chain);
+  ASSERT_TRUE(surface);
+  EXPECT_NEAR(signedVolume(*surface), kPi * 0.25 * (200.0 + 2.0 / 3.0), 0.01 * kPi * 0.25 * 200.0);
+}
+
 TEST(ShapeSurface, ADumbbellAndNestedCompoundsAreTheirUnion) {
   btSphereShape ball(1);
   btCylinderShapeX bar(btVector3(3, btScalar(0.3), btScalar(0.3)));

@@ -544,8 +544,10 @@ TEST(Regimes, ABodyThatIsRemovedDuringItsImpactIsHeardOnce) {
   EXPECT_EQ(bridge.counters().delivered, 1u);
 }
 
-TEST(Regimes, ANewBodyAtAnOldAddressIsAnotherBody) {
-  AnyWorld world(9.81);
+class EveryBroadphase : public testing::TestWithParam<BroadphaseKind> {};
+
+TEST_P(EveryBroadphase, ANewBodyAtAnOldAddressIsAnotherBody) {
+  AnyWorld world(9.81, WorldKind::discrete, GetParam());
   world.addGround(world.plane());
   btCollisionShape& shape = world.sphere(0.05);
   alignas(btRigidBody) std::array<std::byte, sizeof(btRigidBody)> memory{};
@@ -578,6 +580,39 @@ TEST(Regimes, ANewBodyAtAnOldAddressIsAnotherBody) {
   }
   world.world->removeRigidBody(second);
   second->~btRigidBody();
+}
+
+INSTANTIATE_TEST_SUITE_P(Broadphases, EveryBroadphase,
+                         testing::Values(BroadphaseKind::tree, BroadphaseKind::sweep,
+                                         BroadphaseKind::simple));
+
+// The new one has the size of the old one, the same parts, and as many changes behind it.
+TEST(Regimes, ANewCompoundAtAnOldAddressIsAnotherShape) {
+  AnyWorld world;
+  btCollisionShape& part = world.sphere(0.1);
+  alignas(btCompoundShape) std::array<std::byte, sizeof(btCompoundShape)> memory{};
+  const auto make = [&](const Vec3& axis) {
+    auto* compound =
+        new (memory.data()) btCompoundShape;  // NOLINT(cppcoreguidelines-owning-memory)
+    compound->addChildShape(poseAt(0.2 * axis), &part);
+    compound->addChildShape(poseAt(-0.2 * axis), &part);
+    return compound;
+  };
+  btCompoundShape* const lying = make(Vec3::UnitX());
+  btRigidBody& body = world.add(*lying, {});
+  const btRigidBody& ball =
+      world.add(world.sphere(0.1), {.position = {0, 1, 0}, .velocity = {0, -1, 0}});
+  BulletBridge bridge = world.attach();
+  world.step(1.0 / 240, 10);
+  lying->~btCompoundShape();
+  btCompoundShape* const standing = make(Vec3::UnitY());
+  body.setCollisionShape(standing);
+  world.step(1.0 / 240, 240);
+  const auto events = eventsOf(bridge, ball);
+  ASSERT_EQ(events.size(), 1u);
+  EXPECT_NEAR(events[0].time, 0.6, 10.0 * kTime);
+  world.remove(body);
+  standing->~btCompoundShape();
 }
 
 TEST(Regimes, ASleepingBodyIsHitAtTheExactTimeAndWakes) {

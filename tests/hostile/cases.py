@@ -228,7 +228,7 @@ def replaced():
     ball, mesh = json.dumps(BALL), "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
     yield Case("stem over the scene", ["render", "out.clicks.wav", "-o", "out.wav", "--stems"], there, BAD, {"out.clicks.wav": ball})
     yield Case("report over its scene", ["report", "r/report.json", "-o", "r"], there, BAD, {"r/report.json": ball})
-    yield Case("modes over their material", ["modes", "m.obj", "--material", "m.json", "-o", "m.json"], "is the material itself", BAD,
+    yield Case("modes over their material", ["modes", "m.obj", "--material", "m.json", "-o", "m.json"], there, BAD,
                {"m.obj": mesh, "m.json": '{"like": "steel"}'})
     scene = changed(BALL, "/bodies/0", {"type": "solid", "shape": {"type": "mesh", "file": "m.obj"}, "material": "steel", "position": [0, 1, 0]})
     scene["stepper"] = {"type": "bullet"}
@@ -288,7 +288,7 @@ def command_lines():
             ("of sound and text on one stream", ["render", "scene.json", "-o", "-", "--events", "-"], "--events"),
             ("of stems on one stream", ["render", "scene.json", "-o", "-", "--stems"], "--stems"),
             ("with an empty output", ["render", "scene.json", "-o", ""], "names no file"),
-            ("that writes over its scene", ["render", "scene.json", "-o", "scene.json"], "scene itself"),
+            ("that writes over its scene", ["render", "scene.json", "-o", "scene.json"], "would take the place of"),
             ("that writes no WAV", ["render", "scene.json", "-o", "a.mp3"], "expected FILE.wav"),
             ("with a step of 0", [*RENDER, "--stepper", "bullet", "--step", "0"], "expected a number from 1e-5 to 0.1"),
             ("with a step of 1e-300", [*RENDER, "--stepper", "bullet", "--step", "1e-300"], "expected a number from 1e-5 to 0.1"),

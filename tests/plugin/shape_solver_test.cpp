@@ -115,6 +115,47 @@ TEST(ShapeSolver, TheMostUrgentComesFirst) {
   }
 }
 
+TEST(ShapeSolver, ForgetsWhatNobodyAwaits) {
+  ShapeSolver solver;
+  std::vector<ShapeSolver::ShapeId> shapes;
+  for (int number = 0; number < 40; ++number)
+    shapes.push_back(solver.request(someBox(number), 100.0 - number));
+  solver.keepOnly({shapes[30]});
+  EXPECT_LT(solver.kept(), 40U);
+  solver.finishAll();
+  waitForThread(solver);
+  expectSolution(solver, shapes[30], someBox(30));
+  EXPECT_LT(solver.solved(), 40U);
+  const auto again = solver.request(someBox(39), 1.0);
+  EXPECT_EQ(solver.pending(), 1U);
+  EXPECT_TRUE(solver.finish(again));
+  expectSolution(solver, again, someBox(39));
+}
+
+// Surfaces without a solution, which take no time.
+TEST(ShapeSolver, KeepsSomeThousandsOfShapesForBodiesToCome) {
+  ShapeSolver solver;
+  const auto request = [&solver](int number) {
+    SurfaceMesh open = someBox(number);
+    open.triangles.pop_back();
+    return solver.request(open, 1.0);
+  };
+  const auto first = request(0);
+  for (int number = 0; number < 1000; ++number)
+    (void)request(number);
+  solver.finishAll();
+  solver.keepOnly({});
+  EXPECT_EQ(solver.kept(), 1000U);
+  EXPECT_EQ(request(0), first);
+  for (int number = 0; number < 5000; ++number)
+    (void)request(number);
+  solver.finishAll();
+  solver.keepOnly({first});
+  EXPECT_EQ(solver.kept(), 1U);
+  EXPECT_NE(solver.solution(first), nullptr);
+  EXPECT_EQ(solver.pending(), 0U);
+}
+
 TEST(ShapeSolver, EndsWhileShapesWait) {
   ShapeSolver stopped;
   for (int number = 0; number < 50; ++number)

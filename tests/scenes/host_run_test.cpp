@@ -431,6 +431,84 @@ TEST_F(HostRuns, AreWholeWhereTheyAreSavedInTheMidstOfAStep) {
   EXPECT_FALSE(replayed(run).empty());
 }
 
+TEST_F(HostRuns, HaveWhatIsGoneByTheTimeTheyAreSaved) {
+  std::vector<double> samples[2];
+  for (const bool isRemoved : {false, true}) {
+    Result<EventSound> sound = EventSound::create({});
+    ASSERT_TRUE(sound && sound->keepRun(2.0));
+    const BallDrop drop = dropOnBox(9.0);
+    ASSERT_TRUE(sound->setBody(kBall, drop.ball()) && sound->setBody(kFloor, drop.floor()));
+    for (int step = 1; step <= 90; ++step)
+      sound->advanceTo(0.1 * step);
+    sound->post(drop.event());
+    sound->advanceTo(9.1);
+    if (isRemoved) sound->removeBody(kBall);
+    sound->advanceTo(9.5);
+    ASSERT_TRUE(sound->saveRun(folder_ / "host.run"));
+    samples[isRemoved ? 1 : 0] = replayed(opened());
+  }
+  EXPECT_LT(differenceOf(samples[0], samples[1]), -300.0);
+}
+
+// Bodies that come and go would be too many for a run at some time.
+TEST_F(HostRuns, InMemoryHaveAsManyBodiesAsWereThereOfLate) {
+  Result<EventSound> sound = EventSound::create({});
+  ASSERT_TRUE(sound && sound->keepRun(1.0));
+  constexpr BodyId kAtOnce = 1000;
+  constexpr int kTimes = 210;
+  const BallDrop drop = dropOnBox(kTimes - 0.05);
+  for (int time = 0; time < kTimes; ++time) {
+    for (BodyId id = 0; id < kAtOnce; ++id)
+      ASSERT_TRUE(sound->setBody(id, id == kFloor ? drop.floor() : drop.ball()));
+    sound->advanceTo(time + 0.9);
+    if (time + 1 == kTimes) sound->post(drop.event());
+    for (BodyId id = 0; id < kAtOnce; ++id)
+      sound->removeBody(id);
+    sound->advanceTo(time + 1.0);
+  }
+  ASSERT_TRUE(sound->saveRun(folder_ / "host.run"));
+  const RecordedRun run = opened();
+  EXPECT_LE(run.scene.bodies.size(), 5 * kAtOnce);
+  const std::vector<double> samples = replayed(run);
+  EXPECT_NE(samples, std::vector<double>(samples.size(), 0.0));
+}
+
+TEST_F(HostRuns, LeaveOutWhatIsTooMuchAtOnceAndSaySo) {
+  std::vector<std::string> told;
+  SoundSettings silent;
+  silent.onMessage = [&told](const std::string& message) { told.push_back(message); };
+  Result<EventSound> sound = EventSound::create(silent);
+  ASSERT_TRUE(sound && sound->recordRun(folder_ / "host.run"));
+  constexpr BodyId kMore = audio::kMostRunBodies + 10;
+  const BallDrop drop = dropOnBox(0.25);
+  for (BodyId id = 0; id < kMore; ++id)
+    ASSERT_TRUE(sound->setBody(id, id == kFloor ? drop.floor() : drop.ball()));
+  sound->advanceTo(0.1);
+  ImpulseEvent leftOut = drop.event();
+  leftOut.time = 0.15;
+  leftOut.body = kMore - 1;
+  sound->post(leftOut);
+  sound->advanceTo(0.2);
+  for (BodyId id = 10; id < 30; ++id)
+    sound->removeBody(id);
+  sound->advanceTo(0.24);
+  ImpulseEvent kept = drop.event();
+  kept.body = kMore - 1;  // has come to a number of a body that is gone
+  sound->post(kept);
+  sound->advanceTo(0.5);
+  ASSERT_TRUE(sound->finishRun());
+  EXPECT_THAT(told, testing::ElementsAre(HasSubstr("200000 bodies at once")));
+  const RecordedRun run = opened();
+  EXPECT_THAT(run.scene.bodies, SizeIs(audio::kMostRunBodies));
+  std::vector<double> times;
+  for (auto portions = run.reader->next(); portions && !portions->empty();
+       portions = run.reader->next())
+    for (const audio::RunPortion& portion : *portions)
+      for (const ImpulseEvent& event : portion.events)
+        times.push_back(event.time);
+  EXPECT_THAT(times, testing::ElementsAre(0.25));
+}
+
 TEST_F(HostRuns, LeaveOutLeapsOfTheClock) {
   Result<EventSound> sound = EventSound::create(settings());
   ASSERT_TRUE(sound);

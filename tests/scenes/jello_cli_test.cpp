@@ -231,7 +231,7 @@ TEST(JelloCli, NonsenseIsOneSentenceAndNothingIsWritten) {
   EXPECT_THAT(refused({world, "--listener", "1,2"}), HasSubstr("--listener"));
   EXPECT_THAT(refused({world, "-o", folder / "my.mp3"}), HasSubstr("expected FILE.wav"));
   EXPECT_THAT(refused({world, "-o", sound, "--energy", sound}), HasSubstr("names that differ"));
-  EXPECT_THAT(refused({world, "--energy", world}), HasSubstr("is the world itself"));
+  EXPECT_THAT(refused({world, "--energy", world}), HasSubstr("would take the place of"));
   EXPECT_THAT(refused({world, "--integrator", "auto", "--dt", "1e-3"}), HasSubstr("--dt"));
   EXPECT_THAT(refused({world, "--error", "1e-3"}), HasSubstr("--integrator"));
   EXPECT_THAT(refused({fs::path(CAROM_SOURCE_DIR) / "scenes/library/two_balls.json"}),

@@ -283,7 +283,7 @@ TEST_F(ModesCli, WrongUseOfModesIs2WithOneSentenceAndNothingIsWritten) {
            {modes("bar.obj", {"--scale", "0"}), "metres"},
            {modes("bar.obj", {"--scale", "nan"}), "metres"},
            {modes("bar.obj", {"--cache", ""}), "names no folder"},
-           {modes("bar.obj", {"-o", mesh}), "the mesh itself"},
+           {modes("bar.obj", {"-o", mesh}), "would take the place of"},
            {modes("bar.obj", {"-o", ""}), "names no file"}}) {
     if (command.back() != mesh && !command.back().empty())
       command.insert(command.end(), output.begin(), output.end());
@@ -419,7 +419,7 @@ TEST_F(ModesCli, WrongUseOfStrikeIs2WithOneSentenceAndNothingIsWritten) {
            {{"strike", model, "--at", "0,0,0", "--impulse", "0,0,1", "-o", at("a.mp3")}, "WAV"},
            {{"strike", at("model.wav"), "--at", "0,0,0", "--impulse", "0,0,1", "-o",
              at("model.wav")},
-            "the model itself"}}) {
+            "would take the place of"}}) {
     const std::string message = expectRefused(command, 2);
     EXPECT_NE(message.find(says), std::string::npos) << message;
   }

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+#include <btBulletCollisionCommon.h>
+
+namespace carom::bullet {
+
+/// Tells a new object at an old address from the old one. [simulation thread of the object's world]
+///
+/// The broadphase's number alone does not: but for btDbvtBroadphase as long as it is not empty,
+/// every broadphase gives a number again. So objects are marked, in a field that Bullet keeps for
+/// its extensions, of which it has none, and that a new object has empty. What another has put
+/// there stays.
+struct ObjectIdentity {
+  int proxyId = -1;  ///< -1 for an object that is in no world
+  const void* mark = nullptr;
+  bool operator==(const ObjectIdentity&) const = default;
+};
+
+/// Returns the identity of an object, without a mark if it has none yet.
+inline ObjectIdentity identityOf(const btCollisionObject& object) {
+  const btBroadphaseProxy* const proxy = object.getBroadphaseHandle();
+  return {proxy == nullptr ? -1 : proxy->getUid(), object.internalGetExtensionPointer()};
+}
+
+/// Marks an object that has no mark. Returns its identity, which it keeps while it is in its world.
+inline ObjectIdentity identify(btCollisionObject& object) {
+  static std::atomic<std::uintptr_t> marks = 0;
+  constexpr std::uintptr_t kOdd = 1;  // no pointer to anything is
+  if (object.internalGetExtensionPointer() == nullptr)
+    object.internalSetExtensionPointer(reinterpret_cast<void*>(
+        2 * marks.fetch_add(1) + kOdd));  // NOLINT(performance-no-int-to-ptr)
+  return identityOf(object);
+}
+
+}  // namespace carom::bullet
