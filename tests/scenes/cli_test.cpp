@@ -585,7 +585,8 @@ TEST_F(Cli, BodiesLighterThanMatterAreWarnedOfByName) {
   scene["bodies"].push_back(ball);
   const std::string file = fileWith(scene.dump());
   for (const std::vector<std::string>& command :
-       {std::vector<std::string>{"info", file}, {"render", file, "-o", at("sound.wav")}}) {
+       {std::vector<std::string>{"info", file},
+        {"render", file, "-o", at("sound.wav"), "--recoil", "sphere"}}) {
     std::vector<std::string> asJson = command;
     asJson.push_back("--json");
     const Outcome outcome = carom(asJson);
