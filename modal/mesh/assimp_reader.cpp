@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <exception>
 #include <memory>
 #include <new>
+#include <span>
+#include <string>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -135,6 +138,27 @@ std::string add(const Placed& placed, PolygonMesh& all) {
   return "";
 }
 
+bool isIn(std::byte byte, std::string_view letters) {
+  return letters.find(static_cast<char>(byte)) != std::string_view::npos;
+}
+
+/// Returns an OBJ file without the mark of its encoding, and with a digit before each point: of
+/// ".5", Assimp 5.2.5 makes no number, and with the mark it does not know the first line.
+std::vector<std::byte> plainObj(std::span<const std::byte> bytes) {
+  constexpr std::array kMark{std::byte{0xef}, std::byte{0xbb}, std::byte{0xbf}};
+  if (bytes.size() >= kMark.size() && std::ranges::equal(bytes.first(kMark.size()), kMark))
+    bytes = bytes.subspan(kMark.size());
+  std::vector<std::byte> plain;
+  plain.reserve(bytes.size());
+  for (std::size_t at = 0; at < bytes.size(); ++at) {
+    const bool isBare = isIn(bytes[at], ".") && at > 0 && isIn(bytes[at - 1], " \t+-") &&
+                        at + 1 < bytes.size() && isIn(bytes[at + 1], "0123456789");
+    if (isBare) plain.push_back(std::byte{'0'});
+    plain.push_back(bytes[at]);
+  }
+  return plain;
+}
+
 Result<PolygonMesh> read(std::span<const std::byte> bytes, const std::string& extension) {
   const std::string name = "mesh" + extension;
   Assimp::Importer importer;
@@ -157,7 +181,7 @@ Result<PolygonMesh> read(std::span<const std::byte> bytes, const std::string& ex
 /// there.
 Result<PolygonMesh> readByAssimp(std::span<const std::byte> bytes, const std::string& extension) {
   try {
-    return read(bytes, extension);
+    return extension == ".obj" ? read(plainObj(bytes), extension) : read(bytes, extension);
   } catch (const std::bad_alloc&) {
     return Error{"it asks for more memory than there is"};
   } catch (const std::exception& exception) {

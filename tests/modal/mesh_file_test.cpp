@@ -415,6 +415,17 @@ TEST(MeshFile, APolygonWithoutEarsIsCutAllTheSame) {
   EXPECT_NEAR(surfaceArea(mesh->surface), 2.0 * std::numbers::pi, 1e-2);
 }
 
+// As editors on Windows begin a file, and as C's printf writes numbers nowhere, but other programs.
+TEST(MeshFile, AnObjMayBeginWithAMarkAndItsNumbersWithAPoint) {
+  const auto mesh =
+      loaded("\xef\xbb\xbfv .5 0 -.5\nv 1.5\t+.25 .0\nv 0 1. 0\nf 1 2 3\n", "points.obj");
+  ASSERT_TRUE(mesh) << mesh.error().message;
+  ASSERT_EQ(mesh->surface.vertices.size(), 3u);
+  EXPECT_EQ(mesh->surface.vertices[0], Vec3(0.5, 0.0, -0.5));
+  EXPECT_EQ(mesh->surface.vertices[1], Vec3(1.5, 0.25, 0.0));
+  EXPECT_EQ(mesh->surface.vertices[2], Vec3(0.0, 1.0, 0.0));
+}
+
 TEST(MeshFile, LinesAndVanishingTrianglesAreCounted) {
   const auto mesh =
       loaded("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nl 1 4\nf 1 2 3\nf 1 2 2\n", "lines.obj");
