@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "command/command_line.h"
+#include "command/output/kept_inputs.h"
 #include "command/output/output_target.h"
 #include "command/progress_bar.h"
 #include "command/run_options.h"
@@ -222,6 +223,12 @@ int BatchCommand::plan() const {
   if (count_ > 0.0) count = static_cast<std::uint64_t>(count_);
   const Result<BatchPlan> plan = makePlan(input_, output_, count);
   if (!plan) return fail(kBadInput, plan.error().message);
+  std::vector<std::filesystem::path> read = {input_};
+  for (const std::string& scene : plan->spec.scenes)
+    read.push_back(plan->home / scene);
+  const std::filesystem::path file = std::filesystem::path(output_) / "plan.json";
+  if (const Status kept = checkKept({{"--output", file}}, read); !kept)
+    return fail(kBadInput, kept.error().message);
   if (const Status saved = savePlan(*plan); !saved) return fail(kFailed, saved.error().message);
   ProgressBar bar("trying samples of " + plan->spec.name);
   const Result<BatchTrial> trial = tryBatch(*plan, [&bar](double share) { bar.show(share); });
@@ -397,6 +404,10 @@ int BatchCommand::repeat() const {
           refuseStandardOutput(output_, "--output", "a sample may have stems; expected FILE.wav");
       !valid)
     return fail(kBadInput, valid.error().message);
+  if (const Status kept =
+          checkKept({{"--output", output_}}, {std::filesystem::path(input_) / "plan.json"});
+      !kept)
+    return fail(kBadInput, kept.error().message);
   if (const Status valid = audio::checkWritable(output_); !valid)
     return fail(kFailed, output_ + ": " + valid.error().message);
   const Result<SampleRunner::Outcome> outcome = SampleRunner(*plan).repeat(index, branch, output_);

@@ -262,17 +262,24 @@ Result<Scene> JelloCommand::readScene() const {
 }
 
 /// Writes the modal model of the lattice alone, without what is around it.
-Status JelloCommand::writeModes(const Scene& scene) const {
+int JelloCommand::writeModes(const Scene& scene) const {
+  capMemory(run_.limits().memory);
+  ResourceWatch watch(run_.limits());
+  std::string limit;
   ProgressBar bar("modes of jello");
   const Result<ModalModel> model = jelloModalModel(
       jelloOf(scene)->lattice, {.medium = scene.medium, .radiation = RadiationSettings{}},
       [&](std::string_view, double share) {
         bar.show(share);
-        return true;
+        limit = watch.exceeded();
+        return limit.empty();
       });
   bar.clear();
-  if (!model) return Error{world_ + ": " + model.error().message};
-  return writeModel(modes_, *model);
+  if (!limit.empty()) return endedEarly(world_, watch, limit);
+  if (!model) return fail(kFailed, world_ + ": " + model.error().message);
+  if (const Status written = writeModel(modes_, *model); !written)
+    return fail(kFailed, written.error().message);
+  return kDone;
 }
 
 bool JelloCommand::parsed() const {
@@ -311,10 +318,8 @@ int JelloCommand::run() const {
   if (!scene) return fail(kBadInput, scene.error().message);
   if (const Status kept = checkKept(written(), scene->files); !kept)
     return fail(kBadInput, kept.error().message);
-  if (!modes_.empty()) {
-    if (const Status written = writeModes(*scene); !written)
-      return fail(kFailed, written.error().message);
-  }
+  if (!modes_.empty())
+    if (const int code = writeModes(*scene); code != kDone) return code;
   return runScene(*scene, *target);
 }
 

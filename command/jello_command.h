@@ -37,7 +37,7 @@ class JelloCommand {
   std::vector<WrittenFile> written() const;
   Status checkOutputs() const;
   void applyStepping(JelloShape& jello) const;
-  Status writeModes(const Scene& scene) const;
+  int writeModes(const Scene& scene) const;
   JelloOptions optionsFor(RunGuard& guard, ProgressBar& bar, const std::string& sound,
                           IncompleteNames& names) const;
   int runScene(const Scene& scene, const OutputTarget& target) const;

@@ -340,7 +340,7 @@ int VideoCommand::run() const {
   if (!scene) return fail(kBadInput, scene.error().message);
   if (const Status kept = checkKept({{"--output", output_}}, scene->files); !kept)
     return fail(kBadInput, kept.error().message);
-  MadeView made = isRun ? readView(input_, confine_) : runView(input_, *scene, limits);
+  MadeView made = isRun ? readView(input_, confine_, limits) : runView(input_, *scene, limits);
   if (const auto* none = std::get_if<NoView>(&made)) return none->code;
   auto& view = std::get<ViewRun>(made);
   view.label = fs::path(input_).stem().string();

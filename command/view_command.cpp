@@ -108,7 +108,7 @@ MadeView runWanted(const Wanted& wanted, bool isConfined, const RunLimits& limit
 /// Returns the run, or the exit code of what was said about it.
 MadeView make(const Wanted& wanted, bool isConfined, const RunLimits& limits) {
   MadeView made = isRunFile(wanted.file) || isRecording(wanted.file)
-                      ? readView(wanted.file, isConfined)
+                      ? readView(wanted.file, isConfined, limits)
                       : runWanted(wanted, isConfined, limits);
   if (auto* const view = std::get_if<ViewRun>(&made)) {
     view->id = wanted.id;
@@ -134,10 +134,19 @@ Status addDefaultHead(lab::ViewPage& page) {
   return head ? page.setHead(*head) : Status(std::monostate{});
 }
 
-MadeView readView(const std::string& file, bool isConfined) {
+MadeView readView(const std::string& file, bool isConfined, const RunLimits& limits) {
   ProgressBar bar("reading " + file);
-  Result<ViewRun> view = viewRecorded(file, isConfined, optionsWith(bar));
+  ResourceWatch watch(limits);
+  std::string limit;
+  ViewOptions options = optionsWith(bar);
+  options.analysis = [&](std::string_view stage, double share) {
+    bar.show(share, std::string(stage));
+    limit = watch.exceeded();
+    return limit.empty();
+  };
+  Result<ViewRun> view = viewRecorded(file, isConfined, options);
   bar.clear();
+  if (!limit.empty()) return NoView{endedEarly(file, watch, limit)};
   if (!view) return NoView{fail(kBadInput, view.error().message)};
   return *std::move(view);
 }

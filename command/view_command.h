@@ -58,7 +58,7 @@ struct NoView {
 using MadeView = std::variant<lab::ViewRun, NoView>;
 
 /// Reads a recorded run of any kind, with a bar of progress.
-MadeView readView(const std::string& file, bool isConfined);
+MadeView readView(const std::string& file, bool isConfined, const scenes::RunLimits& limits);
 /// Runs a scene of a file within limits, with a bar of progress; of `options` the rest.
 MadeView runView(const std::string& file, const scenes::Scene& scene,
                  const scenes::RunLimits& limits, lab::ViewOptions options = {});

@@ -307,12 +307,13 @@ template <class Object, class Encode>
 std::uint32_t HostEncoder::place(const std::shared_ptr<const Object>& object,
                                  const Encode& encode) {
   if (object == nullptr) return 0;
-  const auto [known, isNew] = known_.try_emplace(object.get(), Known{object, count_ + 1});
-  if (isNew) {
-    ++count_;
+  Known& known = known_[object.get()];
+  // Another may have come to the address of one that is gone.
+  if (known.number == 0 || known.object.expired()) {
+    known = {object, ++count_};
     records_.push_back(encode(*object));
   }
-  return known->second.number;
+  return known.number;
 }
 
 Status HostEncoder::add(const HostBody& body, std::vector<std::byte>& bytes) {

@@ -54,7 +54,7 @@ struct HostWorld {
 };
 
 /// Encodes bodies as records, each with its size before it (4 bytes). What several share (models,
-/// radiators, meshes) is a record of its own, once, and kept alive until the end. [one thread]
+/// radiators, meshes) is a record of its own, once as long as it is there. [one thread]
 class HostEncoder {
  public:
   /// Adds the record of a body, behind those of what it shares and has not been encoded before.
@@ -66,8 +66,8 @@ class HostEncoder {
   std::uint32_t place(const std::shared_ptr<const Object>& object, const Encode& encode);
 
   struct Known {
-    std::shared_ptr<const void> object;  // so that no other gets its address
-    std::uint32_t number = 0;            // from 1 on
+    std::weak_ptr<const void> object;
+    std::uint32_t number = 0;  // from 1 on
   };
   std::map<const void*, Known> known_;
   std::uint32_t count_ = 0;

@@ -67,10 +67,17 @@ Status RunEncoder::put(char kind, std::span<const std::byte> bytes) {
 Status RunEncoder::flush() {
   if (portions_.empty()) return std::monostate{};
   Status appended = append(packedPart('p', encodedPortions(portions_)));
-  packed_ += portions_.size();
+  if (appended) packed_ += portions_.size();
   portions_.clear();
   pending_ = 0;
   return appended;
+}
+
+void RunEncoder::goBackTo(std::uint64_t packed) {
+  bytes_.clear();
+  portions_.clear();
+  pending_ = 0;
+  packed_ = packed;
 }
 
 Status RunEncoder::add(RunPortion portion) {

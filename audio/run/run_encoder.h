@@ -57,6 +57,12 @@ class RunEncoder {
   /// Adds the end. To be called once.
   Status finish();
 
+  /// Portions in the parts so far: those that were added since are not packed yet.
+  std::uint64_t packed() const { return packed_; }
+  bool hasPending() const { return !portions_.empty(); }
+  /// Drops what is not packed, and counts anew from there: the file was cut.
+  void goBackTo(std::uint64_t packed);
+
   /// Returns the bytes that came to be since the last call.
   std::vector<std::byte> take();
 

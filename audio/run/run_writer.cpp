@@ -32,8 +32,24 @@ Error RunWriter::cannotWrite() const {
 Status RunWriter::write(const Status& encoded) {
   if (!encoded) return Error{file().string() + ": " + encoded.error().message};
   const std::vector<std::byte> bytes = encoder_.take();
+  if (bytes.empty()) return std::monostate{};
   stream_->write(reinterpret_cast<const char*>(bytes.data()), std::ssize(bytes));
+  stream_->flush();  // an error is known now, and not when more has been dropped
   if (!*stream_) return cannotWrite();
+  offset_ += bytes.size();
+  return std::monostate{};
+}
+
+Status RunWriter::goBackTo(const Place& place) {
+  stream_->close();
+  std::error_code failed;
+  std::filesystem::resize_file(file_.path(), place.offset, failed);
+  if (failed) return cannotWrite();
+  stream_->clear();
+  stream_->open(file_.path(), std::ios::binary | std::ios::app);
+  if (!*stream_) return cannotWrite();
+  encoder_.goBackTo(place.portions);
+  offset_ = place.offset;
   return std::monostate{};
 }
 

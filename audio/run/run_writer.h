@@ -32,6 +32,18 @@ class RunWriter {
   Status put(char kind, std::span<const std::byte> bytes);
   /// Adds a part that is packed already, with so many portions in it.
   Status putPacked(std::span<const std::byte> part, std::uint64_t portions);
+  /// A place between two parts at which the file could end.
+  struct Place {
+    std::uintmax_t offset = 0;
+    std::uint64_t portions = 0;  ///< before it
+  };
+  /// The end of what has been written.
+  Place place() const { return {offset_, encoder_.packed()}; }
+  /// True if the latest portions are not in the file yet.
+  bool hasPending() const { return encoder_.hasPending(); }
+  /// Drops what was written behind a place, or was to be written, after an error of the disk: that
+  /// makes room for an end.
+  Status goBackTo(const Place& place);
   /// Completes the file and gives it its name. Returns its size in bytes. To be called once.
   Result<std::uintmax_t> finish();
 
@@ -48,6 +60,7 @@ class RunWriter {
   /// pointer allows.
   std::shared_ptr<std::ofstream> stream_;
   RunEncoder encoder_;
+  std::uintmax_t offset_ = 0;  // bytes that the system has taken
 };
 
 }  // namespace carom::audio

@@ -32,6 +32,10 @@ Status RunWriter::putPacked(std::span<const std::byte>, std::uint64_t) {
   return withoutRuns();
 }
 
+Status RunWriter::goBackTo(const Place&) {
+  return withoutRuns();
+}
+
 Result<std::uintmax_t> RunWriter::finish() {
   return withoutRuns();
 }

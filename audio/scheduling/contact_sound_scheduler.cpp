@@ -75,8 +75,12 @@ ContactSoundScheduler::ContactSoundScheduler(std::shared_ptr<const SoundPaths> p
                      settings_.comparison.sampling == Sampling::bandLimited) {}
 
 void ContactSoundScheduler::removeBody(BodyId id) {
+  for (const BodyId damped : exciter_.forgetContacts(id)) {
+    const SoundingBody* const body = bodies_.find(damped);
+    if (body != nullptr && body->modes != nullptr)
+      released_.emplace_back(damped, body->modes->resonators);
+  }
   bodies_.remove(id);
-  exciter_.forgetContacts(id);
   slides_.forget(id);
   coupled_.forget(id);
   rings_.forget(id);
@@ -118,6 +122,7 @@ void ContactSoundScheduler::schedule(const ImpulseEvent& event, const SampleShif
 void ContactSoundScheduler::scheduleImpulse(const ImpulseEvent& event, const SampleShift& shift,
                                             SoundSink& sink) {
   if (!isFinite(event)) return reject(&SynthCounters::rejectedNotFinite);
+  if (!released_.empty()) undampReleased(event.time, shift, sink);
   if (bodies_.find(event.body) == nullptr || bodies_.find(event.other) == nullptr)
     return reject(&SynthCounters::rejectedUnknownBody);
   const double duration = contactDuration(event);
@@ -217,6 +222,19 @@ ContactSource ContactSoundScheduler::sourceOf(const ImpulseEvent& event, const S
   return source;
 }
 
+/// Schedules that bodies ring freely again of which what has damped them has been removed, or which
+/// have been removed themselves.
+void ContactSoundScheduler::undampReleased(double time, const SampleShift& shift, SoundSink& sink) {
+  const double rate = settings_.sampleRate;
+  if (!(std::abs(time) * rate < kExactSamples)) return;
+  const std::int64_t sample = shifted(samplesOf(time, 0.0, rate), shift).whole;
+  for (const auto& [body, modes] : std::exchange(released_, {})) {
+    exciter_.undamp(body, *modes, sample);
+    if (bodies_.find(body) != nullptr) coupled_.damp(body, time, exciter_.addedDamping(body));
+    sink.add({.excitations = exciter_.excitations(), .taps = exciter_.taps()});
+  }
+}
+
 void ContactSoundScheduler::updateContact(const ContactState& contact, const SampleShift& shift,
                                           SoundSink& sink) {
   damp(contact, shift, sink);
@@ -231,6 +249,7 @@ void ContactSoundScheduler::updateDamping(const ContactState& contact, const Sam
 
 void ContactSoundScheduler::damp(const ContactState& contact, const SampleShift& shift,
                                  SoundSink& sink) {
+  if (!released_.empty()) undampReleased(contact.time, shift, sink);
   if (!bodies_.anyModes()) return;  // quickly, as worlds have many contacts
   const bool isFinite = std::isfinite(contact.time) && contact.pathStart.allFinite() &&
                         contact.otherPathStart.allFinite() && contact.normalLoad >= 0.0;

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "audio/propagation/listener_tracks.h"
@@ -66,6 +67,7 @@ class ContactSoundScheduler {
   void leap(double seconds) { rings_.leap(seconds); }
   /// Schedules how rings are heard of which all is known at `time` (s), as Synth::advanceTo.
   void advanceTo(double time, const SampleShift& shift, SoundSink& sink) {
+    if (!released_.empty()) undampReleased(time, shift, sink);
     rings_.advance({time, shift, sink});
   }
 
@@ -117,6 +119,7 @@ class ContactSoundScheduler {
   ContactSource sourceOf(const ImpulseEvent& event, const SoundingBody& body, double rings = 1.0);
   const CoupledImpacts::Course* courseOf(const ImpulseEvent& event);
   void damp(const ContactState& contact, const SampleShift& shift, SoundSink& sink);
+  void undampReleased(double time, const SampleShift& shift, SoundSink& sink);
   bool updateModes(const ContactState& contact, bool first, std::int64_t sample);
   void updateSlide(const ContactState& contact, const SampleShift& shift, SoundSink& sink);
   void hearSlide(const ContactState& contact, const SampleShift& shift, SoundSink& sink);
@@ -142,6 +145,8 @@ class ContactSoundScheduler {
   HeardSlides heard_;
   HeardClicks heardClicks_;
   bool choosesSlides_;
+  /// Bodies that what is gone has damped, and their modes: they ring freely from the next sound on.
+  std::vector<std::pair<BodyId, const ResonatorSet*>> released_;
   SynthCounters counters_;
 };
 

@@ -367,10 +367,21 @@ bool ModalExciter::updateContact(const DampingContact& contact, const Source& so
   return true;
 }
 
-void ModalExciter::forgetContacts(BodyId body) {
-  std::erase_if(dampers_, [body](const auto& entry) {
-    return entry.first.first == body || entry.first.second == body;
+std::vector<BodyId> ModalExciter::forgetContacts(BodyId body) {
+  std::vector<BodyId> damped;
+  std::erase_if(dampers_, [&](const auto& entry) {
+    const auto [one, other] = entry.first;
+    if (one != body && other != body) return false;
+    if (damped.empty() || damped.back() != one) damped.push_back(one);
+    return true;
   });
+  return damped;
+}
+
+void ModalExciter::undamp(BodyId body, const ResonatorSet& set, std::int64_t first) {
+  excitations_.clear();
+  taps_.clear();
+  addDamping(body, set, first);
 }
 
 std::span<const double> ModalExciter::addedDamping(BodyId body) {

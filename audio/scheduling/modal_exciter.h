@@ -129,7 +129,12 @@ class ModalExciter {
   /// Makes the change of damping that follows, from `first` (sample of the clock) on, the only
   /// excitation. Returns false if there is no change that counts.
   bool updateContact(const DampingContact& contact, const Source& source, std::int64_t first);
-  void forgetContacts(BodyId body);
+  /// Forgets the contacts of a body. Returns the bodies that they have damped, as they still are
+  /// until `undamp`.
+  std::vector<BodyId> forgetContacts(BodyId body);
+  /// Makes the damping of a body by the contacts that it has now, from `first` on, the only
+  /// excitation.
+  void undamp(BodyId body, const ResonatorSet& set, std::int64_t first);
   /// What all lasting contacts of a body add to the decay rates (1/s) of its modes, as of the last
   /// change.
   std::span<const double> addedDamping(BodyId body);

@@ -9,6 +9,7 @@
 #include <unordered_set>
 #include <utility>
 
+#include <BulletCollision/CollisionShapes/btConvexPointCloudShape.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
 #include "bullet_bridge/bodies/multibody_link.h"
@@ -28,8 +29,9 @@ bool isSolved(const btPersistentManifold& manifold) {
   return false;
 }
 
-bool isSame(const TrackedBody& body, const btCollisionObject& object) {
-  return body.object == &object && body.identity == identityOf(object);
+// `isInPlace`: the object is where the body was in the world's array.
+bool isSame(const TrackedBody& body, const btCollisionObject& object, bool isInPlace = false) {
+  return body.object == &object && isSameObject(body.identity, identityOf(object), isInPlace);
 }
 
 Vec3 positionOf(const btCollisionObject& object) {
@@ -70,6 +72,12 @@ std::uint64_t mixed(std::uint64_t hash, std::uint64_t word) {
   return (hash ^ word) * 1099511628211U;
 }
 
+std::uint64_t mixed(std::uint64_t hash, const btVector3& vector) {
+  for (int axis = 0; axis < 3; ++axis)
+    hash = mixed(hash, std::bit_cast<std::uint64_t>(static_cast<double>(vector[axis])));
+  return hash;
+}
+
 // A number that another shape at the same address, or another state of the shape, will not have.
 std::uint64_t revisionOf(const btCollisionShape& shape) {
   if (shape.getShapeType() == CONVEX_HULL_SHAPE_PROXYTYPE) {
@@ -77,15 +85,22 @@ std::uint64_t revisionOf(const btCollisionShape& shape) {
     const std::size_t address = std::hash<const btVector3*>()(hull.getUnscaledPoints());
     return mixed(address, static_cast<std::uint64_t>(hull.getNumPoints()));
   }
+  if (shape.getShapeType() == CONVEX_POINT_CLOUD_SHAPE_PROXYTYPE) {
+    const auto& cloud = static_cast<const btConvexPointCloudShape&>(shape);
+    const std::size_t address = std::hash<const btVector3*>()(cloud.getUnscaledPoints());
+    return mixed(address, static_cast<std::uint64_t>(cloud.getNumPoints()));
+  }
   if (shape.getShapeType() != COMPOUND_SHAPE_PROXYTYPE) return 0;
   const auto& compound = static_cast<const btCompoundShape&>(shape);
   auto hash = static_cast<std::uint64_t>(compound.getUpdateRevision());
   for (int child = 0; child < compound.getNumChildShapes(); ++child) {
     const btCollisionShape* const part = compound.getChildShape(child);
-    const Vec3 place = toVec3(compound.getChildTransform(child).getOrigin());
+    const btTransform& place = compound.getChildTransform(child);
     hash = mixed(hash, std::hash<const btCollisionShape*>()(part));
-    for (const double coordinate : place)
-      hash = mixed(hash, std::bit_cast<std::uint64_t>(coordinate));
+    hash = mixed(hash, place.getOrigin());
+    for (int row = 0; row < 2; ++row)  // which decide the third
+      hash = mixed(hash, place.getBasis()[row]);
+    hash = mixed(hash, part->getLocalScaling());
     hash = mixed(hash, revisionOf(*part));
   }
   return hash;
@@ -206,7 +221,8 @@ void BodyTracker::matchWorld(const btCollisionWorld& world) {
   bool same = bodies_.size() == count;
   for (std::size_t i = 0; same && i < count; ++i) {
     const btCollisionObject* object = objects[static_cast<int>(i)];
-    same = isSame(bodies_[i], *object);
+    same = isSame(bodies_[i], *object, true);
+    if (same) bodies_[i].identity = identityOf(*object);
   }
   if (same) return;
 
@@ -441,7 +457,7 @@ void BodyTracker::endSubstep(const btCollisionWorld& world, double dt) {
   const auto& objects = world.getCollisionObjectArray();
   for (int i = 0; i < objects.size(); ++i) {
     const auto index = static_cast<std::size_t>(i);
-    const bool inPlace = index < bodies_.size() && isSame(bodies_[index], *objects[i]);
+    const bool inPlace = index < bodies_.size() && isSame(bodies_[index], *objects[i], true);
     // A callback may have removed bodies since the start, which reorders the world's array.
     const auto body = inPlace ? bodies_.begin() + i : std::ranges::find_if(bodies_, [&](auto& one) {
       return isSame(one, *objects[i]);
@@ -534,7 +550,7 @@ void BodyTracker::endBody(TrackedBody& body, MotionHistory& history, double dt) 
 
 const TrackedBody* BodyTracker::find(const btCollisionObject& object) const {
   const auto index = static_cast<std::size_t>(object.getWorldArrayIndex());  // -1: in no world
-  if (index < bodies_.size() && isSame(bodies_[index], object)) return &bodies_[index];
+  if (index < bodies_.size() && isSame(bodies_[index], object, true)) return &bodies_[index];
   const auto moved = std::ranges::find_if(bodies_, [&](auto& one) { return isSame(one, object); });
   return moved == bodies_.end() ? nullptr : &*moved;
 }

@@ -16,8 +16,16 @@ namespace carom::bullet {
 struct ObjectIdentity {
   int proxyId = -1;  ///< -1 for an object that is in no world
   const void* mark = nullptr;
-  bool operator==(const ObjectIdentity&) const = default;
 };
+
+/// True for the identity of an object that has been seen before, at the same place in its world's
+/// array or at another. At the same place it may have another number: a host that changes filters
+/// gives it a new proxy (btCollisionWorld::refreshBroadphaseProxy).
+inline bool isSameObject(const ObjectIdentity& known, const ObjectIdentity& now, bool isInPlace) {
+  constexpr std::uintptr_t kOdd = 1;
+  const bool isOurs = (reinterpret_cast<std::uintptr_t>(known.mark) & kOdd) != 0;
+  return known.mark == now.mark && ((isOurs && isInPlace) || known.proxyId == now.proxyId);
+}
 
 /// Returns the identity of an object, without a mark if it has none yet.
 inline ObjectIdentity identityOf(const btCollisionObject& object) {

@@ -63,7 +63,9 @@ const btCollisionObject* BulletBridge::Impl::find(BodyId id) const {
   if (body == nullptr) return nullptr;
   const auto& objects = world().getCollisionObjectArray();
   const int index = objects.findLinearSearch(const_cast<btCollisionObject*>(body->object));
-  const bool isThere = index < objects.size() && identityOf(*objects[index]) == body->identity;
+  const bool isInPlace = index == static_cast<int>(place);
+  const bool isThere = index < objects.size() &&
+                       isSameObject(body->identity, identityOf(*objects[index]), isInPlace);
   return isThere ? body->object : nullptr;
 }
 

@@ -1,5 +1,6 @@
 #include "lab/batch/batch_plan.h"
 
+#include <array>
 #include <span>
 #include <system_error>
 
@@ -18,6 +19,10 @@ using nlohmann::json;
 
 constexpr const char* kPlanFile = "plan.json";
 constexpr int kPlanFormat = 1;
+/// Names in the folder of a batch that are written anew, by this and other commands.
+constexpr std::array kBatchFiles = {"manifest.jsonl", "manifest.csv", "failures.jsonl", "README.md",
+                                    "read.py",        "trial.json",   "report.html",    "slurm.sh",
+                                    "parallel.sh",    "Snakefile"};
 
 Result<json> documentOf(const std::string& text, const std::string& name) {
   modal::FirstError error(name);
@@ -118,6 +123,11 @@ Result<BatchPlan> makePlan(const fs::path& batchFile, const fs::path& folder,
 Status savePlan(const BatchPlan& plan) {
   const fs::path file = plan.folder / kPlanFile;
   std::error_code failed;
+  for (const char* const name : kBatchFiles)
+    if (!fs::exists(file, failed) && fs::exists(plan.folder / name, failed))
+      return Error{plan.folder.string() + ": has a " + name +
+                   " that is of no batch, and a batch would write over it; expected an empty "
+                   "folder, or one that has a plan"};
   if (fs::exists(file, failed)) {
     const Result<BatchPlan> there = loadPlan(plan.folder);
     if (!there) return there.error();

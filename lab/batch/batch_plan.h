@@ -31,7 +31,8 @@ Result<BatchPlan> makePlan(const std::filesystem::path& batchFile,
                            const std::filesystem::path& folder, std::optional<std::uint64_t> count);
 
 /// Writes a plan into its folder, which is made if it is not there. Where a plan is already, only
-/// the number of samples may differ. [any thread]
+/// the number of samples may differ; where none is, nothing may have a name that a batch writes
+/// anew. [any thread]
 Status savePlan(const BatchPlan& plan);
 
 /// Reads the plan of a folder. [any thread]

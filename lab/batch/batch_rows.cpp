@@ -1,10 +1,12 @@
 #include "lab/batch/batch_rows.h"
 
 #include <algorithm>
+#include <charconv>
 #include <chrono>
 #include <optional>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 #include "lab/batch/file_hash.h"
 #include <unistd.h>
@@ -29,6 +31,16 @@ std::string hostName() {
       },
       '_');
   return host;
+}
+
+/// Returns when the run began that wrote a file of rows, in ns since 1970, as its name says: the
+/// last number before ".jsonl". Other names are of no time.
+std::uint64_t beginOf(const fs::path& file) {
+  const std::string stem = file.stem().string();
+  const std::string digits = stem.substr(stem.rfind('.') + 1);
+  std::uint64_t time = 0;
+  const auto [end, fault] = std::from_chars(digits.data(), digits.data() + digits.size(), time);
+  return fault == std::errc() && end == digits.data() + digits.size() ? time : 0;
 }
 
 /// Returns the branch that a line tells of; nothing if it tells of none.
@@ -117,7 +129,8 @@ Result<BatchRows> readRows(const BatchPlan& plan) {
   if (failed)
     return Error{folder.string() + ": cannot be read: " + failed.message() +
                  "; expected the folder of a batch"};
-  std::ranges::sort(files);
+  // What was told later counts, of whichever machine and process it is.
+  std::ranges::sort(files, {}, [](const fs::path& file) { return std::pair(beginOf(file), file); });
   BatchRows rows;
   for (const fs::path& file : files) {
     std::ifstream stream(file, std::ios::binary);
@@ -128,7 +141,13 @@ Result<BatchRows> readRows(const BatchPlan& plan) {
   std::erase_if(rows.rows, isBeyond);
   std::erase_if(rows.failures, isBeyond);
   // A branch that failed once and succeeded later is whole.
-  std::erase_if(rows.failures, [&](const auto& entry) { return rows.rows.contains(entry.first); });
+  std::erase_if(rows.failures, [&](const auto& entry) {
+    const BranchId& id = entry.first;
+    if (!id.second.empty()) return rows.rows.contains(id);
+    return std::ranges::all_of(plan.spec.branches, [&](const BatchBranch& branch) {
+      return rows.rows.contains({id.first, branch.name});
+    });
+  });
   return rows;
 }
 
@@ -142,9 +161,16 @@ std::vector<bool> doneSamples(const BatchPlan& plan, const BatchRows& rows,
       isWhole = isWhole && hasFile(plan, row, keys, rules.hashes);
     if (isWhole) ++settled[id.first];
   }
-  if (rules.failuresCount)
-    for (const auto& [id, failure] : rows.failures)
-      settled[id.first] += id.second.empty() ? branches : 1;
+  const auto hasRow = [&](std::uint64_t index, const BatchBranch& branch) {
+    return rows.rows.contains({index, branch.name});
+  };
+  // A failure of a whole sample settles the branches that were not made at another time.
+  for (const auto& [id, failure] : rows.failures) {
+    if (!rules.failuresCount) break;
+    for (const BatchBranch& branch : plan.spec.branches)
+      if ((id.second.empty() || id.second == branch.name) && !hasRow(id.first, branch))
+        ++settled[id.first];
+  }
   std::vector<bool> done(settled.size());
   for (std::size_t index = 0; index < settled.size(); ++index)
     done[index] = settled[index] >= branches;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <functional>
 #include <new>
 #include <optional>
 #include <utility>
@@ -19,7 +20,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// s that a process may be silent beyond the time of its sample, as limits are looked at now and
+/// s that a process may be silent beyond the time of a rendering, as limits are looked at now and
 /// then only.
 constexpr double kGrace = 10.0;
 
@@ -81,14 +82,15 @@ class BatchRun {
       if (next_ == todo_.size()) return std::nullopt;
       return todo_[next_++];
     };
-    work.answer = [&runner](std::uint64_t index) { return answerOf(runner, index); };
+    work.answer = [&runner](std::uint64_t index, const std::function<void()>& goesOn) {
+      runner.onRendering(goesOn);
+      return answerOf(runner, index);
+    };
     work.ended = [this](const JobEnd& end) { return take(end); };
     work.tick = [this] { tell(); };
     work.begin = options_.beginProcess;
     PoolSettings settings{.processes = std::max<std::size_t>(1, options_.processes)};
-    // The branches of a sample run one after the other.
-    const double most = plan_.spec.limits.time * static_cast<double>(plan_.spec.branches.size());
-    settings.longest = 1.5 * most + kGrace;
+    settings.longest = 1.5 * plan_.spec.limits.time + kGrace;
     settings.processes = std::min(settings.processes, std::max<std::size_t>(1, todo_.size()));
     if (Status done = runPool(work, settings); !done) return done;
     if (!stop_.empty()) return Error{stop_};

@@ -18,12 +18,14 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t kTried = 5;
 
-/// A folder that goes with this object, of a name that nothing else in the plan's folder has. If it
-/// cannot be made, no sample of the trial can be written, which says so.
+/// A folder that goes with this object, among the system's temporary ones: a trial that is ended by
+/// a signal leaves nothing where its user works. If it cannot be made, no sample of the trial can
+/// be written, which says so.
 class TrialFolder {
  public:
-  explicit TrialFolder(const fs::path& beside) {
-    std::string name = (beside / "trial.XXXXXX").string();
+  TrialFolder() {
+    std::error_code failed;
+    std::string name = (fs::temp_directory_path(failed) / "carom_trial.XXXXXX").string();
     isMade_ = ::mkdtemp(name.data()) != nullptr;
     path_ = name;
     std::error_code ignored;
@@ -81,7 +83,7 @@ void judge(BatchTrial& trial, std::uint64_t index, const SampleRunner::Outcome& 
 Result<BatchTrial> tryBatch(const BatchPlan& plan,
                             const std::function<void(double share)>& progress) {
   BatchTrial trial;
-  const TrialFolder folder(plan.folder);
+  const TrialFolder folder;
   BatchPlan elsewhere = plan;
   elsewhere.folder = folder.path();
   SampleRunner runner(elsewhere);

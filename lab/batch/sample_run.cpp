@@ -270,7 +270,8 @@ struct SampleRunner::Rendered {
 
 struct SampleRunner::Accepted {
   Sample sample;
-  Rendered first;
+  Rendered first;           // of the first branch, with the failure if there is none
+  bool isRejected = false;  // all attempts were
 };
 
 std::string machineKind() {
@@ -367,20 +368,22 @@ Result<SampleRunner::Accepted> SampleRunner::accept(std::uint64_t index) {
     Result<Sample> sample = draw(index, from);
     if (!sample) return sample.error();
     if (sample->attempt >= rules.attempts) {
-      Accepted none{*std::move(sample), {}};
+      Accepted none{*std::move(sample), {}, true};
       none.first.failure = SampleFailure{
           "rejected", "",
           "each of " + std::to_string(rules.attempts) + " attempts was rejected, the last by " +
               why + "; expected ranges in which more can be, or more \"attempts\""};
       return none;
     }
+    if (goesOn_) goesOn_();
     Result<Rendered> first = render(*sample, plan_.spec.branches.front());
     if (!first) return first.error();
     const bool overlaps = rules.overlap && first->overlaps;
     const bool isSilent = !first->failure && rules.silent && !(first->sink->peak() > *rules.silent);
     const bool isFar =
         !first->failure && rules.outOfReach && first->sink->reach() > *rules.outOfReach;
-    if (!overlaps && !isSilent && !isFar) return Accepted{*std::move(sample), *std::move(first)};
+    if (!overlaps && !isSilent && !isFar)
+      return Accepted{*std::move(sample), *std::move(first), false};
     why = overlaps ? "\"overlap\"" : isSilent ? "\"silent\"" : "\"out_of_reach\"";
     from = sample->attempt + 1;
   }
@@ -459,15 +462,15 @@ Result<SampleRunner::Outcome> SampleRunner::run(std::uint64_t index) {
     return outcome;
   }
   const Sample& sample = accepted->sample;
-  const bool isRejected = sample.values.empty();
   for (std::size_t at = 0; at < plan_.spec.branches.size(); ++at) {
     const BatchBranch& branch = plan_.spec.branches[at];
+    if (goesOn_) goesOn_();
     Result<Rendered> rendered = at == 0 ? std::move(accepted->first) : render(sample, branch);
     if (!rendered) {
       outcome.failures.push_back({"refused", branch.name, rendered.error().message});
     } else if (rendered->failure) {
       outcome.failures.push_back(*rendered->failure);
-      if (isRejected) break;
+      if (accepted->isRejected) break;
     } else {
       Result<ordered_json> row = write(sample, branch, *rendered);
       if (!row) return row.error();
@@ -489,7 +492,7 @@ Result<SampleRunner::Outcome> SampleRunner::repeat(std::uint64_t index, const st
     outcome.failures.push_back({"refused", branch, accepted.error().message});
     return outcome;
   }
-  const bool isFirst = wanted == branches.begin() || accepted->sample.values.empty();
+  const bool isFirst = wanted == branches.begin() || accepted->isRejected;
   Result<Rendered> rendered =
       isFirst ? std::move(accepted->first) : render(accepted->sample, *wanted);
   if (!rendered) {

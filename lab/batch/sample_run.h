@@ -3,10 +3,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "lab/batch/batch_plan.h"
@@ -41,6 +43,9 @@ class SampleRunner {
   /// `plan` is borrowed.
   explicit SampleRunner(const BatchPlan& plan) : plan_(plan) {}
 
+  /// Sets a function that is called before each rendering, of which each is within the limits.
+  void onRendering(std::function<void()> goesOn) { goesOn_ = std::move(goesOn); }
+
   /// The outcome of a sample: for each branch a row, or why there is none.
   struct Outcome {
     std::vector<nlohmann::ordered_json> rows;
@@ -68,6 +73,7 @@ class SampleRunner {
   void keepHead(const scenes::Scene& scene);
 
   const BatchPlan& plan_;
+  std::function<void()> goesOn_;
   // The head that listeners without a file of their own have, by sample rate: a quarter of a second
   // to read, which the next sample needs too.
   std::map<double, std::shared_ptr<const HrtfSet>> heads_;

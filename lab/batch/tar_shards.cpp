@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <string_view>
 #include <system_error>
 
 #include "lab/batch/run_program.h"
@@ -42,6 +43,32 @@ Status pack(const BatchPlan& plan, const std::string& shard, const std::string& 
                ": cannot be written; expected GNU tar in PATH, and room on the disk"};
 }
 
+/// True for a name that packBatch gives.
+bool isShardName(const std::string& name) {
+  const std::size_t dash = name.rfind('-');
+  constexpr std::string_view kEnding = ".tar";
+  if (dash == name.npos || !name.ends_with(kEnding)) return false;
+  const std::string_view split = std::string_view(name).substr(0, dash);
+  const std::string_view number =
+      std::string_view(name).substr(dash + 1, name.size() - dash - 1 - kEnding.size());
+  return (split == "train" || split == "validation" || split == "test") && number.size() >= 6 &&
+         number.find_first_not_of("0123456789") == number.npos;
+}
+
+/// Removes shards of an earlier packing, whose samples are in others now.
+void removeOthers(const fs::path& folder, const std::vector<std::string>& shards) {
+  std::vector<fs::path> others;
+  std::error_code failed;
+  for (fs::directory_iterator entry(folder / "shards", failed), none; !failed && entry != none;
+       entry.increment(failed)) {
+    const std::string name = entry->path().filename().string();
+    if (isShardName(name) && std::ranges::find(shards, "shards/" + name) == shards.end())
+      others.push_back(entry->path());
+  }
+  for (const fs::path& other : others)
+    fs::remove(other, failed);
+}
+
 }  // namespace
 
 Result<std::vector<std::string>> packBatch(const BatchPlan& plan, const BatchRows& rows,
@@ -72,6 +99,7 @@ Result<std::vector<std::string>> packBatch(const BatchPlan& plan, const BatchRow
       list.clear();
     }
   }
+  removeOthers(plan.folder, shards);
   return shards;
 }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <csignal>
 #include <cstring>
+#include <limits>
 #include <system_error>
 #include <vector>
 
@@ -22,6 +23,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr int kTickMilliseconds = 200;
+/// In place of the length of an answer: there is none yet.
+constexpr std::uint64_t kGoesOn = std::numeric_limits<std::uint64_t>::max();
 
 /// Sends all bytes. False if nobody is there to take them.
 bool sendAll(int socket, const char* bytes, std::size_t size) {
@@ -59,8 +62,8 @@ struct Worker {
   pid_t process = -1;
   int socket = -1;
   std::optional<std::uint64_t> job;
-  Clock::time_point since;
-  std::string received;  // of the answer under way: its length, 8 bytes, and the text
+  Clock::time_point since;  // it began its job, or said that it goes on
+  std::string received;     // of the answer under way: its length, 8 bytes, and the text
 };
 
 class Pool {
@@ -128,7 +131,7 @@ class Pool {
     if (work_.begin) work_.begin();
     std::uint64_t job = 0;
     while (receiveJob(socket, job)) {
-      const std::string answer = work_.answer(job);
+      const std::string answer = work_.answer(job, [socket] { (void)sendNumber(socket, kGoesOn); });
       const bool isTaken = sendNumber(socket, std::uint64_t{answer.size()}) &&
                            sendAll(socket, answer.data(), answer.size());
       if (!isTaken) break;
@@ -187,10 +190,15 @@ class Pool {
       return lose(worker, deathOf(end(worker)), false);  // it has closed its end: it has died
     }
     worker.received.append(buffer.data(), static_cast<std::size_t>(got));
-    std::uint64_t size = 0;
-    if (worker.received.size() < sizeof size) return std::monostate{};
-    std::memcpy(&size, worker.received.data(), sizeof size);
-    if (worker.received.size() < sizeof size + size) return std::monostate{};
+    std::uint64_t size = kGoesOn;
+    while (size == kGoesOn) {
+      if (worker.received.size() < sizeof size) return std::monostate{};
+      std::memcpy(&size, worker.received.data(), sizeof size);
+      if (size != kGoesOn) break;
+      worker.received.erase(0, sizeof size);
+      worker.since = Clock::now();
+    }
+    if (worker.received.size() - sizeof size < size) return std::monostate{};
     const JobEnd answered{*worker.job, true, worker.received.substr(sizeof size), false};
     worker.received.clear();
     stopped_ = !work_.ended(answered) || stopped_;

@@ -23,8 +23,9 @@ struct PoolWork {
   /// Returns the next job, or nothing if there is none left.
   std::function<std::optional<std::uint64_t>()> next;
   /// Does a job, in a process of the pool, which is a copy of this one as it was when the pool
-  /// began or when the last one like it died.
-  std::function<std::string(std::uint64_t job)> answer;
+  /// began or when the last one like it died. To be called within PoolSettings::longest again and
+  /// again: `goesOn`, which says that the process has not hung.
+  std::function<std::string(std::uint64_t job, const std::function<void()>& goesOn)> answer;
   /// Takes the end of each job. False lets no other begin; those under way are ended.
   std::function<bool(const JobEnd& end)> ended;
   /// Called some times a second while jobs are under way; may be empty.
@@ -35,7 +36,8 @@ struct PoolWork {
 
 struct PoolSettings {
   std::size_t processes = 1;
-  double longest = 0.0;  ///< s, after which a process is ended by force; 0: never
+  /// s without an answer or a word, after which a process is ended by force; 0: never
+  double longest = 0.0;
 };
 
 /// Does jobs in processes of their own, so that one that crashes, hangs or eats its memory costs

@@ -56,7 +56,7 @@ Result<BulletRun> runBullet(const Scene& scene, RunGuard* guard) {
 
 // Returns the root mean square of a scene's pressure over all channels, Pa.
 Result<double> soundLevel(const Scene& scene, RunGuard* guard) {
-  Result<SceneSound> sound = SceneSound::create(scene);
+  Result<SceneSound> sound = SceneSound::create(scene, withinLimits(guard, {}));
   if (!sound) return sound.error();
   if (guard != nullptr) {
     guard->restart();

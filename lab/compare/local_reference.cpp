@@ -97,6 +97,8 @@ void LocalReference::beforeStep(BulletScene& world) {
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     bodies_[i].position = toVec3(world.body(i).getWorldTransform().getOrigin());
     bodies_[i].velocityBefore = toVec3(world.body(i).getLinearVelocity());
+    bodies_[i].orientation = fromBullet(world.body(i).getWorldTransform().getRotation());
+    bodies_[i].spinBefore = toVec3(world.body(i).getAngularVelocity());
     const bool falls = std::holds_alternative<SphereShape>(scene_.bodies[i].shape);
     bodies_[i].acceleration = falls && world.body(i).isActive() ? scene_.gravity : Vec3::Zero();
   }
@@ -120,6 +122,7 @@ void LocalReference::afterStep(BulletScene& world, double dt) {
   readPushedPairs(world);
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     bodies_[i].velocityAfter = toVec3(world.body(i).getLinearVelocity());
+    bodies_[i].spinAfter = toVec3(world.body(i).getAngularVelocity());
   }
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     if (!std::holds_alternative<SphereShape>(scene_.bodies[i].shape)) continue;
@@ -202,6 +205,11 @@ LocalReference::BodyStep LocalReference::stateAt(std::size_t body, const Touch& 
   const Vec3 start = velocity + half * state.acceleration;
   state.position += touch.time * (start + (0.5 * touch.time) * state.acceleration);
   state.velocityBefore = start + touch.time * state.acceleration;
+  if (!touch.isFree) state.spinBefore = state.spinAfter;
+  const double rate = state.spinBefore.norm();
+  if (rate > 0.0)
+    state.orientation =
+        Eigen::AngleAxisd(touch.time * rate, state.spinBefore / rate) * state.orientation;
   return state;
 }
 
@@ -241,6 +249,8 @@ void LocalReference::record(const PairStep& pair, const Touch& touch, double dt)
     event.otherRadius = 0.0;
   event.bodyPosition = sphere.position;
   event.bodyVelocity = sphere.velocityBefore;
+  event.bodyAngularVelocity = sphere.spinBefore;
+  event.bodyOrientation = sphere.orientation;
   ImpulseEvent share = event;
   std::swap(share.body, share.other);
   std::swap(share.radius, share.otherRadius);
@@ -248,7 +258,10 @@ void LocalReference::record(const PairStep& pair, const Touch& touch, double dt)
   share.impulse = -event.impulse;
   share.bodyPosition = partner.position;
   share.bodyVelocity = partner.velocityBefore;
+  share.bodyAngularVelocity = partner.spinBefore;
+  share.bodyOrientation = partner.orientation;
   if (pair.block != nullptr) share.bodyOrientation = pair.block->orientation;
+  exchangePoses(event, share);
   events_.push_back(event);
   events_.push_back(share);
 }

@@ -47,6 +47,9 @@ class LocalReference {
     Vec3 velocityBefore;  // m/s
     Vec3 velocityAfter;   // m/s, after the solver
     Vec3 acceleration;    // m/s^2, zero when asleep
+    Quat orientation;     // body to world, before the step
+    Vec3 spinBefore;      // rad/s
+    Vec3 spinAfter;       // rad/s, after the solver
   };
   // The motion of a sphere relative to another sphere or a block, or above a plane, in one step.
   struct PairStep {

@@ -98,13 +98,14 @@ void setBody(TapFit& fit, const BodyFit& body, const Material& start, const Mate
   }
 }
 
-/// Fits the law of damping to the modes that are clear enough.
-void setDampingOf(TapFit& fit) {
+/// Returns what the material's damping is at modes that were matched, of all of them or of those
+/// that are clear.
+std::vector<MeasuredDecay> decaysOf(const TapFit& fit, bool isClearOnly) {
   std::vector<MeasuredDecay> decays;
   for (const FittedMode& mode : fit.modes) {
-    if (!mode.index || mode.measured.overNoise < kClearDecay ||
-        mode.measured.confidence < kConfidentDecay)
-      continue;
+    const bool isClear =
+        mode.measured.overNoise >= kClearDecay && mode.measured.confidence >= kConfidentDecay;
+    if (!mode.index || (isClearOnly && !isClear)) continue;
     const double measured = mode.measured.decayRate;
     const double known = *mode.radiationDecay + fit.model.modes[*mode.index].heatDecayRate;
     const double rest = std::max(measured - known, kLeastMaterialShare * measured);
@@ -114,6 +115,14 @@ void setDampingOf(TapFit& fit) {
     decays.push_back(
         {undamped(mode.measured), rest, share * share / (0.05 * 0.05 + error * error)});
   }
+  return decays;
+}
+
+/// Fits the law of damping to the modes that are clear enough, or to all if none is.
+void setDampingOf(TapFit& fit) {
+  std::vector<MeasuredDecay> decays = decaysOf(fit, true);
+  if (decays.empty()) decays = decaysOf(fit, false);
+  if (decays.empty()) return;  // the material that it began with keeps its own
   fit.damping = fitDamping(decays);
   setDamping(fit.material, fit.damping.law);
 }

@@ -283,7 +283,8 @@ std::string viewName(const std::string& scene, std::size_t index) {
         return (letter >= 'a' && letter <= 'z') || (letter >= '0' && letter <= '9') ||
                letter == '_' || letter == '-';
       });
-  return "view_" + (isPlain ? scene : std::to_string(index + 1)) + ".html";
+  // A scene may be called "2".
+  return (isPlain ? "view_" + scene : "view-" + std::to_string(index + 1)) + ".html";
 }
 
 Status checkReportFolder(const fs::path& folder) {

@@ -247,7 +247,8 @@ Result<SoundRun> runSound(const Scene& scene, const std::shared_ptr<const EventT
   // The first run is not counted: it finds caches cold and tables still to be made.
   for (std::size_t i = 0; i <= options.runs; ++i) {
     HeapWatch heap;
-    Result<SceneSound> sound = SceneSound::create(scene, tapeStepper(tape), {});
+    Result<SceneSound> sound =
+        SceneSound::create(scene, tapeStepper(tape), {}, withinLimits(options.guard, {}));
     if (!sound) return sound.error();
     if (options.guard != nullptr) sound->watch(*options.guard);
     for (std::vector<float>& channel : run.signal)

@@ -238,7 +238,7 @@ Result<ViewRun> viewTape(const Scene& scene, ViewTape tape, const ViewOptions& o
     for (RunPortion& portion : view.run.portions)
       for (ImpulseEvent& event : portion.events)
         event.time = std::min(options.heardAt(event), scene.duration);
-  if (Status sounds = addSounds(view, options.analysis); !sounds)
+  if (Status sounds = addSounds(view, withinLimits(options.guard, options.analysis)); !sounds)
     return Error{scene.name + ": " + sounds.error().message};
   if (Status finished = finish(view); !finished)
     return Error{scene.name + ": " + finished.error().message};
@@ -288,7 +288,8 @@ Result<ViewRun> viewRecorded(const std::filesystem::path& file, bool confined,
   view.run.keepsOrder = recorded->reader->host() != nullptr;
   if (Status read = readPortions(*recorded->reader, view); !read) return read.error();
   if (const std::string& text = recorded->reader->header().sceneText; !text.empty())
-    setSceneText(view, text, recorded->reader->header().sceneFile);
+    setSceneText(view, text,
+                 confined ? file : std::filesystem::path(recorded->reader->header().sceneFile));
   if (Status sounds = addSounds(view, options.analysis); !sounds)
     return Error{file.string() + ": " + sounds.error().message};
   if (Status finished = finish(view); !finished)

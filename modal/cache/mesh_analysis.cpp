@@ -67,6 +67,8 @@ ModelKey keyOf(const ModalModel& model, const RadiationSettings& settings) {
   ModelKey key;
   key.add("radiation").add(kAnalysisVersion).add(model.surface).add(model.material);
   key.add(model.medium.density).add(model.medium.speedOfSound).add(model.mass);
+  for (const double coordinate : model.centreOfMass)  // multipoles are about it
+    key.add(coordinate);
   for (const Mode& mode : model.modes)
     key.add(mode.frequency).add(mode.decayRate);
   for (const float component : model.shapes)

@@ -144,6 +144,11 @@ class GltfMeshReader {
     if (document_.error()) return;
     isMirrored_ = place.linear().determinant() < 0.0;
     first_ = static_cast<std::uint32_t>(first);
+    // Strips make a triangle of each byte, and nodes may share a mesh.
+    const bool isList = mode == static_cast<std::size_t>(PrimitiveMode::triangles);
+    const std::size_t most = all_.polygons() + (isList ? corners.size() / 3 : corners.size());
+    if (most > kMaxTriangles || all_.vertices.size() > 3 * kMaxTriangles)
+      return primitive.fail("is one of more than 10 million triangles; expected fewer");
     addPolygons(static_cast<PrimitiveMode>(mode), corners);
   }
   /// Adds the texture coordinates of the first picture, if they are floats: other formats do

@@ -26,7 +26,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMaxTriangles = 10'000'000;
 constexpr double kMaxWeld = 0.1;
 
 constexpr std::array<std::string_view, 5> kMeshExtensions = {".obj", ".ply", ".stl", ".gltf",

@@ -14,6 +14,8 @@ namespace carom::modal {
 
 /// Corners that a polygon of a file may have: the time to cut it grows with their square.
 inline constexpr std::size_t kMostCorners = 4096;
+/// Triangles that a file may have.
+inline constexpr std::size_t kMaxTriangles = 10'000'000;
 
 /// The unchecked content of a mesh file: polygons of any number of corners, which may name vertices
 /// that do not exist.

@@ -25,7 +25,7 @@ bool AutomaticListener::isFitting(const PlacementSphere& sphere) const {
 }
 
 void AutomaticListener::look(const btDynamicsWorld& world, double time, bool isQuiet) {
-  const WorldSurvey survey = surveyOf(world);
+  const WorldSurvey survey = surveyOf(world, metres_);
   const std::optional<PlacementSphere> sphere = sphereAround(survey.movable, survey.scene);
   if (!sphere || (goal_ && isFitting(*sphere))) return;
   const ListenerPlacement goal = placeListener(*sphere, survey.movable, survey.scene);

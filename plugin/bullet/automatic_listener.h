@@ -22,7 +22,10 @@ class AutomaticListener {
   static constexpr double kShortestGlide = 1.0;  ///< s
   static constexpr double kLongestGlide = 10.0;  ///< s
 
-  /// Looks at the world at that time (s). Returns the pose, if it is a new one.
+  /// `metres`: of the world's unit.
+  explicit AutomaticListener(double metres) : metres_(metres) {}
+
+  /// Looks at the world at that time (s). Returns the pose (m), if it is a new one.
   std::optional<ListenerPose> update(const btDynamicsWorld& world, double time, bool isQuiet);
 
   /// Returns what is in view, if anything is.
@@ -39,6 +42,7 @@ class AutomaticListener {
   bool isFitting(const PlacementSphere& sphere) const;
   ListenerPlacement placeAt(double time) const;
 
+  double metres_;
   std::optional<ListenerPlacement> goal_;
   std::optional<Glide> glide_;
   Vec3 up_ = Vec3::UnitY();

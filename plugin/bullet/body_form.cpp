@@ -9,6 +9,7 @@
 
 #include "bullet_bridge/geometry/to_vec3.h"
 #include "bullet_bridge/shapes/shape_surface.h"
+#include "carom/audio/panel_radiator.h"
 
 namespace carom::plugin {
 
@@ -92,6 +93,29 @@ BodyForm anyForm(const btCollisionShape& shape, double metres) {
 BodyForm formOf(const btCollisionShape& shape, double metres) {
   BodyForm form = anyForm(shape, metres);
   return form.size.allFinite() && std::isfinite(form.offset) ? form : BodyForm();
+}
+
+const BodyForm& BodyForms::of(const btCollisionShape& shape) {
+  const auto [entry, isNew] = forms_.try_emplace(&shape);
+  BodyForm& form = entry->second;
+  if (isNew) form = formOf(shape, metres_);
+  if (isNew && form.mesh != nullptr) form.mesh = oneOf(form.mesh);
+  return form;
+}
+
+/// Returns the mesh, or an equal one that is there already.
+std::shared_ptr<const SurfaceMesh> BodyForms::oneOf(std::shared_ptr<const SurfaceMesh> mesh) {
+  const std::size_t hash = RadiatorCache::Hash()(*mesh);
+  const auto [begin, end] = meshes_.equal_range(hash);
+  for (auto entry = begin; entry != end; ++entry)
+    if (std::shared_ptr<const SurfaceMesh> known = entry->second.lock(); known && *known == *mesh)
+      return known;
+  if (meshes_.size() >= many_) {
+    std::erase_if(meshes_, [](const auto& entry) { return entry.second.expired(); });
+    many_ = 2 * meshes_.size() + 64;
+  }
+  meshes_.emplace(hash, mesh);
+  return mesh;
 }
 
 }  // namespace carom::plugin

@@ -11,7 +11,6 @@
 #include "bullet_bridge/bodies/object_identity.h"
 #include "bullet_bridge/geometry/to_vec3.h"
 #include "plugin/bullet/assigned_sound.h"
-#include "plugin/bullet/body_form.h"
 #include "plugin/bullet/first_blow.h"
 #include "plugin/bullet/world_survey.h"
 #include "plugin/bullet/world_units.h"
@@ -62,10 +61,8 @@ void WorldSession::placeListener() {
   if (!hasAutomaticListener) return;
   const std::optional<ListenerPose> pose = listener_.update(world_, bridge_->time(), isQuiet_);
   if (!pose) return;
-  ListenerPose inAir = *pose;
-  inAir.position *= metresPerUnit();
-  setPose(0, inAir.position, inAir.orientation);
-  if (isQuiet_) predictFirstBlow(inAir);
+  setPose(0, pose->position, pose->orientation);
+  if (isQuiet_) predictFirstBlow(*pose);
 }
 
 /// Predicts the loudest landing of the heaviest bodies.
@@ -75,7 +72,7 @@ void WorldSession::predictFirstBlow(const ListenerPose& listener) {
     const Result<BodyId> id = bridge_->bodyId(*object);
     const auto body = id ? bodies.find(*id) : bodies.end();
     if (body == bodies.end()) continue;
-    const double speed = metresPerUnit() * speedOfLanding(world_, *object);
+    const double speed = speedOfLanding(world_, *object, metresPerUnit());
     const Vec3 place = metresPerUnit() * toVec3(object->getWorldTransform().getOrigin());
     if (speed > 0.0) falling.push_back({body->second, place, speed});
   }
@@ -231,7 +228,10 @@ void WorldSession::tell(Report& report) {
 }
 
 void WorldSession::postContacts() {
+  // A body may have come since `attach` already in contact: no event of it comes.
+  const auto isNew = [this](BodyId id) { return !isRead(id) && bridge_->bodyOf(id) != nullptr; };
   for (const ContactState& contact : bridge_->contacts()) {
+    if (isNew(contact.body) || isNew(contact.other)) readNew();
     if (isSilent(contact.body) || isSilent(contact.other)) continue;
     awaitShape(contact.body);
     awaitShape(contact.other);
@@ -251,14 +251,12 @@ void WorldSession::moveRinging() {
 }
 
 void WorldSession::describe(RunRecorder& run, BodyId id, const btCollisionObject& object) {
-  const auto [entry, isNew] = forms_.try_emplace(object.getCollisionShape());
-  if (isNew) entry->second = formOf(*object.getCollisionShape(), metresPerUnit());
-  run.describe(id, {}, entry->second);
+  run.describe(id, {}, forms_.of(*object.getCollisionShape()));
 }
 
 void WorldSession::describeBodies(RunRecorder& run) {
   toldPoses_.clear();
-  forms_.clear();
+  forms_.beginReading();
   for (int i = 0; hasWorld() && i < world_.getNumCollisionObjects(); ++i) {
     const btCollisionObject& object = *world_.getCollisionObjectArray()[i];
     const Result<BodyId> id = bridge_->bodyId(object);
@@ -316,7 +314,8 @@ BodySound WorldSession::assignedTo(const KnownBody& body, const btCollisionObjec
 void WorldSession::mergeUnseen(const btCollisionObject& object, BodySound& assigned) {
   const auto found = unseen_.find(&object);
   if (found == unseen_.end()) return;
-  if (found->second.identity == identityOf(object)) merge(assigned, found->second.assigned);
+  if (isSameObject(found->second.identity, identityOf(object), true))
+    merge(assigned, found->second.assigned);
   unseen_.erase(found);
 }
 
@@ -359,7 +358,7 @@ void WorldSession::take(BodyId id, KnownBody& known, const SoundBody& body) {
 template <class IsWanted>
 void WorldSession::readWhere(const IsWanted& isWanted) {
   reader_.beginReading();
-  forms_.clear();
+  forms_.beginReading();
   const auto& objects = world_.getCollisionObjectArray();
   for (int i = 0; i < objects.size(); ++i) {
     if (!isWanted(*objects[i])) continue;
@@ -381,7 +380,7 @@ void WorldSession::readWithIndex(UserIndex userIndex) {
 void WorldSession::readNew() {
   if (!hasWorld()) return;
   reader_.beginReading();
-  forms_.clear();
+  forms_.beginReading();
   const auto& objects = world_.getCollisionObjectArray();
   for (int i = 0; i < objects.size(); ++i) {
     const Result<BodyId> id = bridge_->bodyId(*objects[i]);
@@ -451,9 +450,11 @@ Status WorldSession::assign(const btCollisionObject& object, const BodySound& so
   UnseenBody& unseen = unseen_[&object];
   const ObjectIdentity identity =
       identify(*world_.getCollisionObjectArray()[object.getWorldArrayIndex()]);
-  if (unseen.identity != identity) unseen = {identity, {}};
+  if (!isSameObject(unseen.identity, identity, true)) unseen.assigned = {};
+  unseen.identity = identity;
   merge(unseen.assigned, *checked);
   reader_.beginReading();
+  forms_.beginReading();
   if (const Result<BodyId> id = bridge_->bodyId(object)) read(*id, object);
   return std::monostate{};
 }
@@ -483,6 +484,7 @@ Status WorldSession::unassign(const btCollisionObject& object) {
   if (const Result<BodyId> id = bridge_->bodyId(object)) {
     known_[*id].assigned = {};
     reader_.beginReading();
+    forms_.beginReading();
     read(*id, object);
   }
   return std::monostate{};

@@ -16,6 +16,7 @@
 #include "carom/bullet/bullet_bridge.h"
 #include "carom/sound.h"
 #include "plugin/bullet/automatic_listener.h"
+#include "plugin/bullet/body_form.h"
 #include "plugin/bullet/body_reader.h"
 #include "plugin/realtime/sound_session.h"
 
@@ -30,7 +31,9 @@ class WorldSession final : public SoundSession {
       : SoundSession(soundSettings),
         world_(world),
         worldSettings_(worldSettings),
-        reader_(worldSettings) {}
+        reader_(worldSettings),
+        listener_(worldSettings.metresPerUnit),
+        forms_(worldSettings.metresPerUnit) {}
 
   /// Follows the world's substeps from now on. Refuses what BulletBridge refuses.
   Status attach();
@@ -130,8 +133,8 @@ class WorldSession final : public SoundSession {
   std::unordered_map<const btCollisionShape*, BodySound> ofShape_;
   std::unordered_map<int, BodySound> ofUserIndex_;
   AutomaticListener listener_;
-  std::unordered_map<BodyId, btTransform> toldPoses_;                   // to runs
-  std::unordered_map<const btCollisionShape*, audio::BodyForm> forms_;  // of the reading in hand
+  std::unordered_map<BodyId, btTransform> toldPoses_;  // to runs
+  BodyForms forms_;
   std::unordered_set<const btCollisionShape*> usedShapes_;  // of ofShape_, by a body that was read
   std::unordered_set<int> usedIndices_;                     // of ofUserIndex_
   std::string unsolvedReason_;

@@ -61,11 +61,12 @@ double bottomOf(const btCollisionObject& object, const Vec3& up) {
   return up.dot(middle) - up.cwiseAbs().dot(half);
 }
 
-PlacementBody placementOf(const btCollisionObject& object) {
+PlacementBody placementOf(const btCollisionObject& object, double metres) {
   btVector3 centre;
   btScalar radius;
   object.getCollisionShape()->getBoundingSphere(centre, radius);
-  return {toVec3(object.getWorldTransform() * centre), static_cast<double>(radius)};
+  return {metres * toVec3(object.getWorldTransform() * centre),
+          metres * static_cast<double>(radius)};
 }
 
 bool isSolid(const btCollisionObject& object) {
@@ -90,7 +91,7 @@ Vec3 upOf(const btDynamicsWorld& world) {
   return strength > 0.0 && std::isfinite(strength) ? Vec3(-gravity / strength) : Vec3::UnitY();
 }
 
-WorldSurvey surveyOf(const btDynamicsWorld& world) {
+WorldSurvey surveyOf(const btDynamicsWorld& world, double metres) {
   WorldSurvey survey;
   survey.scene.up = upOf(world);
   const auto& objects = world.getCollisionObjectArray();
@@ -98,13 +99,13 @@ WorldSurvey surveyOf(const btDynamicsWorld& world) {
     const btCollisionObject& object = *objects[i];
     if (!isSolid(object)) continue;
     if (!object.isStaticOrKinematicObject())
-      survey.movable.push_back(placementOf(object));
+      survey.movable.push_back(placementOf(object, metres));
     else if (object.isStaticObject())
-      survey.scene.lowest =
-          std::min(survey.scene.lowest.value_or(HUGE_VAL), bottomOf(object, survey.scene.up));
+      survey.scene.lowest = std::min(survey.scene.lowest.value_or(HUGE_VAL),
+                                     metres * bottomOf(object, survey.scene.up));
   }
-  survey.scene.freeShare = [&world](const Vec3& from, const Vec3& to) {
-    return freeShareIn(world, from, to);
+  survey.scene.freeShare = [&world, metres](const Vec3& from, const Vec3& to) {
+    return freeShareIn(world, from / metres, to / metres);
   };
   return survey;
 }
@@ -125,18 +126,19 @@ std::vector<const btCollisionObject*> heaviestBodies(const btDynamicsWorld& worl
   return bodies;
 }
 
-double speedOfLanding(const btDynamicsWorld& world, const btCollisionObject& object) {
+double speedOfLanding(const btDynamicsWorld& world, const btCollisionObject& object,
+                      double metres) {
   const Vec3 up = upOf(world);
-  const Vec3 centre = placementOf(object).centre;
-  const double below = up.dot(centre) - bottomOf(object, up);
+  const Vec3 centre = placementOf(object, metres).centre;
+  const double below = up.dot(centre) - metres * bottomOf(object, up);
   const Vec3 deepest = centre - kDeepest * up;
-  OtherRay ray(object, toBullet(centre), toBullet(deepest));
+  OtherRay ray(object, toBullet(centre / metres), toBullet(deepest / metres));
   world.rayTest(ray.m_rayFromWorld, ray.m_rayToWorld, ray);
   const double free = static_cast<double>(ray.m_closestHitFraction) * kDeepest;
   const double fall = ray.hasHit() ? std::max(0.0, free - below) : kUnknownFall;
   const btRigidBody* const rigid = btRigidBody::upcast(&object);
-  const double speed = rigid != nullptr ? toVec3(rigid->getLinearVelocity()).norm() : 0.0;
-  const double gravity = toVec3(world.getGravity()).norm();
+  const double speed = rigid != nullptr ? metres * toVec3(rigid->getLinearVelocity()).norm() : 0.0;
+  const double gravity = metres * toVec3(world.getGravity()).norm();
   const double landing = std::sqrt(speed * speed + 2.0 * gravity * fall);
   return landing < kSlowest ? 0.0 : landing;
 }

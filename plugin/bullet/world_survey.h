@@ -17,7 +17,8 @@ struct WorldSurvey {
   PlacementScene scene;  ///< asks the world, which must outlive it
 };
 
-WorldSurvey surveyOf(const btDynamicsWorld& world);
+/// `metres`: of the world's unit, as everywhere here.
+WorldSurvey surveyOf(const btDynamicsWorld& world, double metres);
 
 /// Returns the direction against gravity; +Y where there is none.
 Vec3 upOf(const btDynamicsWorld& world);
@@ -28,6 +29,6 @@ std::vector<const btCollisionObject*> heaviestBodies(const btDynamicsWorld& worl
 
 /// Returns the speed (m/s) at which a body lands on what is below it, from its height and speed; 0
 /// if it lies already.
-double speedOfLanding(const btDynamicsWorld& world, const btCollisionObject& object);
+double speedOfLanding(const btDynamicsWorld& world, const btCollisionObject& object, double metres);
 
 }  // namespace carom::plugin

@@ -17,6 +17,8 @@ namespace {
 constexpr std::size_t kPieceSize = std::size_t{1} << 20U;
 /// m/s at which a listener that has jumped goes there in the run: a little less than paths allow.
 constexpr double kWaySpeed = 170.0;
+/// Places at which a file could end that are kept in mind.
+constexpr std::size_t kMostPlaces = 16;
 
 bool isSame(const SoundBody& a, const SoundBody& b) {
   return a.material == b.material && a.mass == b.mass && a.radius == b.radius &&
@@ -290,7 +292,7 @@ void RunRecorder::write(RunPortion portion) {
   if (const Status put = putBodies(*writer_, encoder_, changes_); !put) return fail(put.error());
   changes_.clear();
   if (const Status added = writer_->add(std::move(portion)); !added) return fail(added.error());
-  written_ = {.seconds = seconds(), .bodies = count_};
+  notePlace();
   for (const Removed& body : std::exchange(removed_, {}))
     free_.push_back(body.number);
 }
@@ -363,7 +365,7 @@ void RunRecorder::dropOld() {
   // A body that was gone before keeps its number until another needs it, and nothing else.
   std::erase_if(removed_, [&](const Removed& body) {
     const auto found = before_.find(body.number);
-    if (body.time > first || found == before_.end()) return false;
+    if (body.time >= first || found == before_.end()) return false;
     HostBody& old = found->second;
     old.sound = {.material = old.sound.material};
     old.form = {};
@@ -371,6 +373,31 @@ void RunRecorder::dropOld() {
     free_.push_back(body.number);
     return true;
   });
+}
+
+/// Takes note of where the file could end, where there is a new place.
+void RunRecorder::notePlace() {
+  const RunWriter::Place place = writer_->place();
+  const bool isNew =
+      places_.empty() ? place.portions > 0 : place.portions > places_.back().place.portions;
+  if (isNew) {
+    const double packed = writer_->hasPending() ? written_.seconds : seconds();
+    places_.push_back({place, {.seconds = packed, .bodies = count_}});
+    if (places_.size() > kMostPlaces) places_.pop_front();
+  }
+  written_ = {.seconds = seconds(), .bodies = count_};
+}
+
+/// Ends a file after an error, or at the last place where that can be done. Returns up to when (s)
+/// it has the run; 0: it cannot be had.
+double RunRecorder::cutShort() {
+  if (written_.seconds > 0.0 && complete(*writer_, world(0.0, written_))) return written_.seconds;
+  for (; !places_.empty(); places_.pop_back()) {
+    const auto& [place, extent] = places_.back();
+    if (!(extent.seconds > 0.0) || !writer_->goBackTo(place)) continue;
+    if (complete(*writer_, world(0.0, extent))) return extent.seconds;
+  }
+  return 0.0;
 }
 
 /// Returns the settings and the listeners' paths, with the bodies and up to the time given.
@@ -392,9 +419,10 @@ Status RunRecorder::finish() {
   closePortion(time_);
   if (!failure_ && !(seconds() > 0.0)) return withoutStep(writer_->file());
   if (!failure_) return complete(*writer_, world(0.0, {seconds(), count_}));
-  if (written_.seconds > 0.0 && complete(*writer_, world(0.0, written_)))
-    return Error{failure_->message + "; the file has the run up to then"};
-  return *failure_;
+  const double seconds = cutShort();
+  if (!(seconds > 0.0)) return *failure_;
+  return Error{failure_->message + "; the file has the run up to " + std::to_string(seconds) +
+               " s"};
 }
 
 Status RunRecorder::save(const std::filesystem::path& file) {

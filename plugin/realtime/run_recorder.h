@@ -75,6 +75,11 @@ class RunRecorder {
     double seconds = 0.0;  // clock of the run
     std::uint32_t bodies = 0;
   };
+  /// A place at which the file could end, and what it would have.
+  struct CutPlace {
+    audio::RunWriter::Place place;
+    Extent extent;
+  };
   struct Removed {
     BodyId number = 0;
     double time = 0.0;  // s, clock of the run
@@ -96,6 +101,8 @@ class RunRecorder {
   std::optional<BodyId> takeNumber();
   void closePortion(double settled);
   void write(audio::RunPortion portion);
+  void notePlace();
+  double cutShort();
   void keep(audio::RunPortion portion);
   void closePiece();
   void dropOld();
@@ -125,7 +132,8 @@ class RunRecorder {
   std::vector<audio::HostBody> changes_;  // from the step in hand on
 
   std::optional<audio::RunWriter> writer_;  // to a file
-  Extent written_;
+  std::deque<CutPlace> places_;             // the last ones
+  Extent written_;                          // or about to be
   audio::HostEncoder encoder_;
 
   std::deque<Piece> pieces_;  // in memory

@@ -156,6 +156,29 @@ SoundEngine::SoundEngine(const SoundSettings& settings,
     planarChannels_.push_back(&planar_[channel * kInterleavedFrames]);
 }
 
+Status SoundEngine::setBody(BodyId id, const SoundBody& body) {
+  const auto isOfIt = [id](const BodyChange& change) { return change.id == id; };
+  if (std::ranges::none_of(changes_, isOfIt)) return scheduler_.setBody(id, body);
+  changes_.push_back({events_.size(), id, body});
+  return std::monostate{};
+}
+
+void SoundEngine::removeBody(BodyId id) {
+  if (events_.empty() && contacts_.empty() && changes_.empty()) return scheduler_.removeBody(id);
+  changes_.push_back({events_.size(), id});
+}
+
+/// Makes the changes of bodies that came before an event of the step in hand.
+void SoundEngine::changeBodies(std::size_t event) {
+  for (; !changes_.empty() && changes_.front().after <= event; changes_.pop_front()) {
+    const BodyChange& change = changes_.front();
+    if (change.body)
+      (void)scheduler_.setBody(change.id, *change.body);  // has been validated
+    else
+      scheduler_.removeBody(change.id);
+  }
+}
+
 void SoundEngine::post(const ImpulseEvent& event) {
   ++counters_.posted;
   events_.push_back(event);
@@ -177,6 +200,7 @@ void SoundEngine::advanceTo(double seconds) {
     exposeStep(std::exchange(time_, seconds), seconds);
   }
   time_ = seconds;
+  changeBodies(events_.size());
   events_.clear();
   contacts_.clear();
 }
@@ -189,7 +213,9 @@ void SoundEngine::scheduleStep(double seconds, const SoundTimeline& before) {
   };
   std::erase_if(contacts_, [&](const ContactState& contact) { return isOld(contact.time); });
   updateContacts();
-  for (const ImpulseEvent& event : events_) {
+  for (std::size_t index = 0; index < events_.size(); ++index) {
+    changeBodies(index);
+    const ImpulseEvent& event = events_[index];
     const SoundTimeline& timeline = isOld(event.time) ? before : timeline_;
     scheduler_.schedule(event, timeline.shiftAt(event.time), step_);
   }

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <span>
@@ -42,6 +43,9 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
   // [simulation thread]
   audio::ContactSoundScheduler& scheduler() { return scheduler_; }
   SoundTimeline& timeline() { return timeline_; }
+  /// As ContactSoundScheduler::setBody; what was posted before a body was removed sounds as it was.
+  Status setBody(BodyId id, const SoundBody& body);
+  void removeBody(BodyId id);
   void post(const ImpulseEvent& event);
   void updateContact(const ContactState& contact);
   void advanceTo(double seconds);
@@ -81,6 +85,14 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
 
   SoundEngine(const SoundSettings& settings, const std::shared_ptr<const audio::SoundPaths>& paths,
               std::optional<Limiter> limiter);
+  /// A change of a body that waits for what was posted before it.
+  struct BodyChange {
+    std::size_t after = 0;  // events of the step in hand
+    BodyId id = 0;
+    std::optional<SoundBody> body{};  // none: it is removed
+  };
+
+  void changeBodies(std::size_t event);
   void updateContacts();
   void updateContact(const ContactState& contact, double rank, double least);
   void exposeStep(double from, double to);
@@ -100,6 +112,7 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
   SoundTimeline timeline_;
   std::vector<ImpulseEvent> events_;    // of the step in hand
   std::vector<ContactState> contacts_;  // lasting ones of the step in hand
+  std::deque<BodyChange> changes_;      // in order
   std::vector<double> slideRanks_;      // by contact of the moment in hand
   std::vector<double> sortedRanks_;     // scratch for rankToSlide
   SoundStatistics counters_;            // counts of this thread

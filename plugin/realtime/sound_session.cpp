@@ -285,6 +285,7 @@ Status SoundSession::setBody(BodyId id, const SoundBody& body) {
   if (body.modal != nullptr && !validModels.contains(body.modal)) {
     if (const Status valid = validate(*body.modal); !valid)
       return refuse("modal model: " + valid.error().message);
+    std::erase_if(validModels, [](const auto& model) { return model.expired(); });
     validModels.insert(body.modal);
   }
   bodies.insert_or_assign(id, body);
@@ -296,7 +297,7 @@ Status SoundSession::setBody(BodyId id, const SoundBody& body) {
   });
   if (!set) return set;
   if (bounds) (void)bounds->scheduler().setBody(id, body);
-  if (engine) return engine->scheduler().setBody(id, body);
+  if (engine) return engine->setBody(id, body);
   return std::monostate{};
 }
 
@@ -307,7 +308,7 @@ void SoundSession::removeBody(BodyId id) {
     each.schedulePosted();
     each.scheduler().removeBody(id);
   });
-  if (engine) engine->scheduler().removeBody(id);
+  if (engine) engine->removeBody(id);
   if (bounds) bounds->scheduler().removeBody(id);
 }
 
@@ -346,7 +347,10 @@ void SoundSession::bring(Layer& layer) const {
 
 void SoundSession::listen() {
   if (bounds) return;
-  bounds = std::make_unique<PressureBounds>(*makeSoundPaths(settings.synth, settings.listeners));
+  SynthSettings all = settings.synth;  // what is masked or faint has a bound, too
+  all.lasting = LastingDetail::exact;
+  all.audibleThreshold = 0.0;
+  bounds = std::make_unique<PressureBounds>(*makeSoundPaths(all, settings.listeners));
   bring(bounds->scheduler());
 }
 

@@ -139,7 +139,7 @@ struct SoundSession : std::enable_shared_from_this<SoundSession> {
   bool isMuted = false;
   bool isClosed = false;
   std::map<BodyId, SoundBody> bodies;
-  std::set<std::shared_ptr<const ModalModel>> validModels;
+  std::set<std::weak_ptr<const ModalModel>, std::owner_less<>> validModels;
   std::vector<KnownPose> poses;  ///< by listener
   bool havePosesChanged = false;
   std::vector<BodyId> ringingBodies;     ///< scratch

@@ -131,4 +131,11 @@ Status checkEnded(const RunGuard* guard) {
   return std::monostate{};
 }
 
+Progress withinLimits(RunGuard* guard, const Progress& progress) {
+  return [guard, &progress](std::string_view stage, double share) {
+    if (guard != nullptr && !guard->mayGoOn(0.0)) return false;
+    return !progress || progress(stage, share);
+  };
+}
+
 }  // namespace carom::scenes

@@ -10,6 +10,7 @@
 
 #include "carom/audio/impulse_event.h"
 #include "carom/audio/result.h"
+#include "carom/modal/analysis_settings.h"
 #include "scenes/format/scene.h"
 #include "scenes/limits/resource_watch.h"
 
@@ -74,5 +75,8 @@ class RunGuard {
 
 /// Returns the guard's sentence as an error if it has ended the run; null: no guard.
 Status checkEnded(const RunGuard* guard);
+/// Returns a function that tells `progress`, if any, and ends an analysis where that or the guard
+/// does; null: no guard. Both are borrowed.
+Progress withinLimits(RunGuard* guard, const Progress& progress);
 
 }  // namespace carom::scenes

@@ -116,8 +116,10 @@ class BulletSceneStepper : public LiveStepper {
 
   std::span<const ImpulseEvent> inFramesOfTheScene(std::span<const ImpulseEvent> events) {
     events_.assign(events.begin(), events.end());
-    for (ImpulseEvent& event : events_)
+    for (ImpulseEvent& event : events_) {
       event.bodyOrientation = scene_->orientation(event.body, event.bodyOrientation);
+      event.otherOrientation = scene_->orientation(event.other, event.otherOrientation);
+    }
     return events_;
   }
 

@@ -219,10 +219,7 @@ void leaveOutCounted(Plan& plan, std::uint64_t count, const std::string& stage,
 }
 
 Result<SceneSound> soundOf(const Scene& scene, const RenderOptions& options, bool shown) {
-  const Progress analysis = [&options](std::string_view stage, double share) {
-    if (options.guard != nullptr && !options.guard->mayGoOn(0.0)) return false;
-    return !options.analysis || options.analysis(stage, share);
-  };
+  const Progress analysis = withinLimits(options.guard, options.analysis);
   if (!options.replay) {
     Result<std::unique_ptr<SceneStepper>> stepper = makeStepper(scene, options.guard);
     if (!stepper) return stepper.error();

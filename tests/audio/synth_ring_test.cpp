@@ -289,6 +289,30 @@ TEST(SynthRing, ATouchThatDampsNothingChangesNoBits) {
   EXPECT_EQ(render(true), render(false));
 }
 
+TEST(SynthRing, WhatRestedOnItIsRemovedAndItRingsFreely) {
+  const auto decayAfter = [](bool isRemoved) {
+    SynthSettings settings;
+    settings.contactLoss = 0.05;
+    Synth synth = floorRings(dropOnBox(0.1), {{1000.0, 3.0, 1.0}}, settings);
+    constexpr BodyId kLid = 7;
+    EXPECT_TRUE(synth.setBody(kLid, dropOnBox(0.0).ball()));
+    ContactState contact;
+    contact.body = kLid;
+    contact.other = kFloor;
+    contact.normal = Vec3::UnitZ();
+    contact.normalLoad = 1e-4;
+    contact.otherPathStart = contact.otherPathEnd = Vec3(0.0, 0.0, 0.01);
+    contact.time = 0.02;
+    contact.duration = 1e-3;
+    synth.updateContact(contact);
+    if (isRemoved) synth.removeBody(kLid);
+    synth.schedule(floorShare(dropOnBox(0.1)));
+    return decayBetween(renderMono(synth, 24000), 0.12, 0.3);
+  };
+  EXPECT_GT(decayAfter(false), 8.0);
+  EXPECT_NEAR(decayAfter(true), 3.0, 0.05);
+}
+
 // A body that is struck while something lies on it is damped from the start.
 TEST(SynthRing, WhatIsStruckWhileItIsTouchedIsDampedToo) {
   SynthSettings settings;

@@ -150,6 +150,50 @@ TEST(BatchCommand, RepeatMakesTheBytesOfASampleAgain) {
   expectRefused({"batch", "repeat", out, "0", "--branch", "c", "-o", again}, 1);
 }
 
+TEST(BatchCommand, BranchesNeedNoParameters) {
+  const TemporaryFolder folder;
+  const json batch = {
+      {"count", 1},
+      {"branches", {{{"name", "a"}, {"set", {{"/bodies/1/position/1", -1}}}}, {{"name", "b"}}}}};
+  const std::string out = planned(folder, batch);
+  const json report = made({out}, 1);
+  EXPECT_EQ(report["failed"], 1);
+  EXPECT_EQ(linesOf(fs::path(out) / "manifest.jsonl").at(0)["branch"], "b");
+  const std::string again = (folder / "again.wav").string();
+  ASSERT_EQ(carom({"batch", "repeat", out, "0", "--branch", "b", "-o", again}).code, 0);
+  EXPECT_EQ(contents(again), contents(fs::path(out) / "samples/0000/000000.b.wav"));
+  const std::string plan = (fs::path(out) / "plan.json").string();
+  EXPECT_THAT(expectRefused({"batch", "repeat", out, "0", "--branch", "b", "-o", plan}, 2),
+              HasSubstr("would take the place of"));
+}
+
+TEST(BatchCommand, WritesOverNothingThatIsOfNoBatch) {
+  const TemporaryFolder folder;
+  const std::string batch = writeBatch(folder, ballBatch(2)).string();
+  const std::string here = folder.path().string();
+  write(folder / "README.md", "mine");
+  EXPECT_THAT(expectRefused({"batch", "plan", batch, "-o", here}, 1),
+              HasSubstr("has a README.md that is of no batch"));
+  EXPECT_EQ(contents(folder / "README.md"), "mine");
+  fs::remove(folder / "README.md");
+  fs::rename(batch, folder / "plan.json");
+  EXPECT_THAT(expectRefused({"batch", "plan", (folder / "plan.json").string(), "-o", here}, 2),
+              HasSubstr("would take the place of"));
+}
+
+TEST(BatchCommand, PackedAgainASampleIsInOneFileOnly) {
+  const TemporaryFolder folder;
+  const std::string out = planned(folder, ballBatch(6));
+  made({out});
+  ASSERT_EQ(carom({"batch", "pack", out, "--samples", "2"}).code, 0);
+  write(fs::path(out) / "shards" / "mine.tar", "mine");
+  ASSERT_EQ(carom({"batch", "pack", out, "--samples", "6"}).code, 0);
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(fs::path(out) / "shards"))
+    names.push_back(entry.path().filename().string());
+  EXPECT_THAT(names, testing::UnorderedElementsAre("train-000000.tar", "mine.tar"));
+}
+
 TEST(BatchCommand, SamplesThatFailAreRowsOfTheirOwn) {
   const TemporaryFolder folder;
   json batch = {

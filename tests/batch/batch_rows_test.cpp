@@ -73,6 +73,27 @@ TEST_F(BatchRowsTest, FailuresAreDoneUnlessTriedAgain) {
   EXPECT_EQ(readRows(plan_)->failures.size(), 1U);
 }
 
+TEST_F(BatchRowsTest, AFailureOfAllBranchesIsOverWhenAllOfThemAreMade) {
+  log({{{"index", 0}, {"failure", "crashed"}}, {{"index", 1}, {"failure", "hung"}}});
+  EXPECT_THAT(done(), ElementsAre(true, true, false));
+  log({rowOf(0, "a"), rowOf(0, "b"), rowOf(1, "a")});
+  EXPECT_THAT(done(), ElementsAre(true, true, false));
+  EXPECT_EQ(readRows(plan_)->failures.size(), 1U);
+  // What was made and is lost is to be made again, whatever had failed before.
+  fs::remove(plan_.folder / sampleFile(0, "a", ".wav"));
+  fs::remove(plan_.folder / sampleFile(1, "a", ".wav"));
+  EXPECT_THAT(done(), ElementsAre(false, false, false));
+}
+
+// Processes' numbers are no order of time, nor are the names of machines.
+TEST_F(BatchRowsTest, WhatWasToldLastCounts) {
+  nlohmann::ordered_json old = rowOf(0, "a");
+  old["sha256"] = sha256("the sound of another version");
+  test::write(plan_.folder / "rows" / "zebra.99999.1000000000.jsonl", old.dump() + "\n");
+  log({rowOf(0, "a"), rowOf(0, "b")});
+  EXPECT_THAT(done({.hashes = true}), ElementsAre(true, false, false));
+}
+
 TEST_F(BatchRowsTest, ALineThatARunWasKilledInIsLeftOut) {
   log({rowOf(0, "a")});
   const std::string line = rowOf(0, "b").dump();

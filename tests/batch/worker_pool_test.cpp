@@ -2,9 +2,11 @@
 
 #include <cstdint>
 #include <cstdlib>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -26,7 +28,7 @@ std::map<std::uint64_t, JobEnd> endsOf(std::uint64_t number,
     if (next == number) return std::nullopt;
     return next++;
   };
-  work.answer = answer;
+  work.answer = [&](std::uint64_t job, const std::function<void()>&) { return answer(job); };
   work.ended = [&](const JobEnd& end) {
     EXPECT_TRUE(ends.emplace(end.job, end).second) << "job " << end.job << " ended twice";
     return true;
@@ -69,6 +71,33 @@ TEST(WorkerPool, OneThatCrashesCostsItself) {
   EXPECT_THAT(ends.at(5).text, HasSubstr("exit code 7"));
 }
 
+TEST(WorkerPool, OneThatSaysThatItGoesOnIsNotEnded) {
+  std::vector<JobEnd> ends;
+  std::uint64_t next = 0;
+  PoolWork work;
+  work.next = [&]() -> std::optional<std::uint64_t> {
+    if (next == 2) return std::nullopt;
+    return next++;
+  };
+  work.answer = [](std::uint64_t, const std::function<void()>& goesOn) {
+    for (int time = 0; time < 8; ++time) {
+      ::usleep(200'000);
+      goesOn();
+    }
+    return std::string("well");
+  };
+  work.ended = [&](const JobEnd& end) {
+    ends.push_back(end);
+    return true;
+  };
+  ASSERT_TRUE(runPool(work, {.processes = 2, .longest = 1.0}));
+  ASSERT_EQ(ends.size(), 2U);
+  for (const JobEnd& end : ends) {
+    EXPECT_TRUE(end.hasAnswer);
+    EXPECT_EQ(end.text, "well");
+  }
+}
+
 TEST(WorkerPool, OneThatHangsCostsItself) {
   const auto answer = [](std::uint64_t job) {
     while (job == 1)
@@ -88,7 +117,7 @@ TEST(WorkerPool, StopsWhereItIsTold) {
   int ended = 0;
   PoolWork work;
   work.next = [&]() -> std::optional<std::uint64_t> { return next++; };
-  work.answer = [](std::uint64_t) { return std::string(); };
+  work.answer = [](std::uint64_t, const std::function<void()>&) { return std::string(); };
   work.ended = [&](const JobEnd&) { return ++ended < 5; };
   EXPECT_TRUE(runPool(work, {.processes = 2}));
   EXPECT_LE(ended, 6);  // another may have been under way
@@ -103,7 +132,7 @@ TEST(WorkerPool, EachProcessBeginsFirst) {
     return next++;
   };
   work.begin = [] { ++begun; };
-  work.answer = [](std::uint64_t) { return std::to_string(begun); };
+  work.answer = [](std::uint64_t, const std::function<void()>&) { return std::to_string(begun); };
   work.ended = [](const JobEnd& end) {
     EXPECT_EQ(end.text, "1");
     return true;

@@ -615,6 +615,43 @@ TEST(Regimes, ANewCompoundAtAnOldAddressIsAnotherShape) {
   standing->~btCompoundShape();
 }
 
+// The frame's balls keep the bounding box of the whole.
+TEST(Regimes, AChildThatIsTurnedInItsPlaceIsSeen) {
+  AnyWorld world;
+  btCompoundShape frame;
+  for (const double x : {-2.0, 2.0})
+    for (const double y : {-2.0, 2.0})
+      for (const double z : {-2.0, 2.0})
+        frame.addChildShape(poseAt({x, y, z}), &world.sphere(0.05));
+  frame.addChildShape(poseAt(Vec3::Zero()), &world.box({1, 0.1, 0.1}));
+  btRigidBody& body = world.add(frame, {.mass = 0});
+  const btRigidBody& ball =
+      world.add(world.sphere(0.1), {.position = {0, 1.8, 0}, .velocity = {0, -1, 0}});
+  BulletBridge bridge = world.attach();
+  world.step(1.0 / 240, 24);
+  frame.updateChildTransform(8, poseAt(Vec3::Zero(), {btVector3(0, 0, 1), SIMD_HALF_PI}));
+  world.world->updateSingleAabb(&body);
+  world.step(1.0 / 240, 240);
+  const auto events = eventsOf(bridge, ball);
+  ASSERT_EQ(events.size(), 1u);
+  EXPECT_NEAR(events[0].time, 0.7, 1e-4);
+  world.remove(body);
+}
+
+// A host that changes a body's filters does so.
+TEST(Regimes, ABodyWithANewProxyIsTheSame) {
+  AnyWorld world(9.81);
+  world.addGround(world.plane());
+  btRigidBody& ball = world.add(world.sphere(0.05), {.position = {0, 0.5, 0}});
+  BulletBridge bridge = world.attach();
+  world.step(1.0 / 240, 10);
+  const BodyId before = *bridge.bodyId(ball);
+  world.world->refreshBroadphaseProxy(&ball);
+  EXPECT_EQ(bridge.bodyOf(before), &ball);
+  world.step(1.0 / 240, 10);
+  EXPECT_EQ(*bridge.bodyId(ball), before);
+}
+
 TEST(Regimes, ASleepingBodyIsHitAtTheExactTimeAndWakes) {
   AnyWorld world;
   const btRigidBody& ball =

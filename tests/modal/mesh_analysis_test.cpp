@@ -125,6 +125,26 @@ TEST(MeshAnalysis, EverySettingThatChangesTheResultIsAnotherKey) {
   EXPECT_EQ(folder.entries(), stored + 2);
 }
 
+// As models of other programs' files may have it.
+TEST(MeshAnalysis, RadiationIsAboutTheCentreOfMassThatAModelHas) {
+  const TemporaryFolder folder;
+  ModelCache cache(folder.path());
+  auto analysis = analyseMesh(ellipsoidMesh({0.08, 0.05, 0.03}, 2), steel(), silent());
+  ASSERT_TRUE(analysis);
+  for (Mode& mode : analysis->model.modes)
+    mode.radiation = {};
+  const RadiationSettings settings{.panels = 400, .maxOrder = 4};
+  ModalModel centred = analysis->model;
+  ASSERT_TRUE(addRadiation(centred, settings, &cache));
+  ModalModel other = analysis->model;
+  other.centreOfMass.x() += 0.02;
+  ModalModel alone = other;
+  ASSERT_TRUE(addRadiation(other, settings, &cache));
+  ASSERT_TRUE(addRadiation(alone, settings));
+  expectSameBits(other, alone);
+  EXPECT_NE(other.modes.front().radiation.multipoles, centred.modes.front().radiation.multipoles);
+}
+
 TEST(MeshAnalysis, SettingsOfTheOtherModelOfBodiesAreNotAskedFor) {
   const TemporaryFolder folder;
   ModelCache cache(folder.path());

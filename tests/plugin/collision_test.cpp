@@ -94,6 +94,26 @@ TEST(Collisions, HaveABoundOfTheirPressureAtEachListener) {
   EXPECT_GT(told[0].heard[0].peak, 4.0 * told[0].heard[1].peak);
 }
 
+// The second ball falls 5 mm some 30 ms after the first, far louder one, which masks it.
+TEST(Collisions, HaveABoundThoughLouderOnesMaskThem) {
+  const auto quietOne = [](bool isMasked) {
+    Balls balls;
+    balls.addBall(0.0, 0.005).setLinearVelocity(btVector3(0, 0, 0));
+    if (isMasked)
+      balls.add(balls.sphere(kRadius),
+                {.mass = kMass, .position = {0.5, kRadius + 0.001, 0}, .velocity = {0, -3, 0}});
+    Sound sound = balls.sound();
+    std::vector<Told> told;
+    keep(sound, told);
+    balls.step(kStep, 14);
+    EXPECT_EQ(told.size(), isMasked ? 2U : 1U);
+    return told.empty() ? 0.0 : told.back().collision.peak;
+  };
+  const double alone = quietOne(false);
+  EXPECT_GT(alone, 1e-3);
+  EXPECT_NEAR(quietOne(true), alone, 1e-9 * alone);
+}
+
 TEST(Collisions, OfBodiesThatTheHostHasRemovedHaveNone) {
   Balls balls;
   btRigidBody& first = balls.addBall(-0.5);

@@ -468,6 +468,23 @@ TEST(EventSound, EventsOfARemovedBodyAreRejectedAndItsSoundGoesOn) {
   EXPECT_EQ(pulled(sound, 4800), offline(near(), {0.02}, 4800));
 }
 
+// A vase that breaks: the host tells the hit, and takes the vase away in the same step.
+TEST(EventSound, WhatIsPostedBeforeABodyIsRemovedIsHeard) {
+  EventSound sound = made(near());
+  ASSERT_TRUE(sound.prepareRendering(kRate));
+  sound.post(drop(0.02).event());
+  sound.removeBody(kBall);
+  sound.post(drop(0.021).event());
+  ASSERT_TRUE(sound.setBody(kBall, drop(0.0).ball()));
+  sound.post(drop(0.022).event());
+  sound.advanceTo(0.025);
+  sound.removeBody(kBall);
+  sound.post(drop(0.03).event());
+  sound.advanceTo(0.04);
+  EXPECT_EQ(sound.statistics().rejectedUnknownBody, 2U);
+  EXPECT_EQ(pulled(sound, 4800), offline(near(), {0.02, 0.022}, 4800));
+}
+
 /// Sets the environment variables by which SDL chooses its driver.
 class Device : public testing::TestWithParam<const char*> {
  protected:

@@ -173,6 +173,28 @@ TEST(AutomaticListener, GivesWayToThatOfTheHost) {
   EXPECT_EQ(second.play(sound, 0.4), expected);
 }
 
+// The same world in centimetres.
+TEST(AutomaticListener, StandsWhereItWouldInMetres) {
+  const auto reportOf = [](double units) {
+    SphereBulletWorld bullet(9.81 * units);
+    bullet.addPlane(Vec3::UnitY(), 0.0, 1.0);
+    bullet.addBall({.radius = 0.05 * units,
+                    .mass = 4.1,
+                    .position = {0.0, 0.6 * units, 0.0},
+                    .restitution = 0.8});
+    Sound sound = test::attachOffline(bullet.world, {}, {.metresPerUnit = 1.0 / units});
+    Channels channels;
+    for (int step = 0; step < 120; ++step) {
+      bullet.step(1.0 / 240.0);
+      test::takeReady(sound, channels);
+    }
+    EXPECT_GT(peakOf(channels), 0.1);
+    const std::string words = sound.report();
+    return words.substr(words.find("The listener"), words.find("where a camera"));
+  };
+  EXPECT_EQ(reportOf(100.0), reportOf(1.0));
+}
+
 TEST(AutomaticListener, FollowsABodyThatLeavesItsView) {
   const auto peakAfterAJump = [](const Vec3& to) {
     FallingBall world;

@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/bullet_bridge/any_world.h"
 #include "tests/bullet_bridge/sphere_world.h"
 #include "tests/plugin/offline_sound.h"
 #include "tests/support/temporary_folder.h"
@@ -136,6 +137,29 @@ TEST_F(DroppedBall, HearsABoxAsWell) {
   // The box lands flat on a face: its contact is long and soft, but heard.
   EXPECT_GT(*std::max_element(samples.begin(), samples.end()), 5 * kHearingThreshold);
   world_.world.removeRigidBody(&box);
+}
+
+// A host may attach before it loads its level, whose bodies touch from the start.
+TEST(Sounds, HearBodiesThatCameLaterSlideThoughTheyHitNothing) {
+  const auto slidesOf = [](bool isLate) {
+    AnyWorld world(9.81);
+    world.addGround(world.box({50, 1, 50}), 0.4, -1.0);
+    btCollisionShape& shape = world.box({0.1, 0.1, 0.1});
+    const AnyWorld::Body there{.position = {0, 0.0995, 0}, .restitution = 0, .friction = 0.4};
+    btRigidBody* box = isLate ? nullptr : &world.add(shape, there);
+    Result<Sound> sound = Sound::attach(*world.world, {.listeners = {{"ear", {1, 1, 0}}}});
+    EXPECT_TRUE(sound && sound->capture());
+    world.step(1.0 / 60);
+    if (isLate) box = &world.add(shape, there);
+    world.step(1.0 / 60, 30);
+    box->setLinearVelocity(btVector3(3, 0, 0));
+    box->activate();
+    world.step(1.0 / 60, 30);
+    EXPECT_GT(sound->statistics().peak, 0.1);
+    return sound->statistics().slides;
+  };
+  EXPECT_GT(slidesOf(false), 20U);
+  EXPECT_EQ(slidesOf(true), slidesOf(false));
 }
 
 TEST_F(DroppedBall, LeavesAnOldFileAloneWhereItIsRefused) {

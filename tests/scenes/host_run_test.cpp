@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -9,6 +10,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <random>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,6 +19,9 @@
 #include <btBulletDynamicsCommon.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include "audio/run/run_encoder.h"
 #include "audio/run/run_player.h"
@@ -432,8 +437,9 @@ TEST_F(HostRuns, AreWholeWhereTheyAreSavedInTheMidstOfAStep) {
 }
 
 TEST_F(HostRuns, HaveWhatIsGoneByTheTimeTheyAreSaved) {
-  std::vector<double> samples[2];
-  for (const bool isRemoved : {false, true}) {
+  enum class Gone { never, later, atOnce };
+  std::vector<std::vector<double>> samples;
+  for (const Gone gone : {Gone::never, Gone::later, Gone::atOnce}) {
     Result<EventSound> sound = EventSound::create({});
     ASSERT_TRUE(sound && sound->keepRun(2.0));
     const BallDrop drop = dropOnBox(9.0);
@@ -441,13 +447,93 @@ TEST_F(HostRuns, HaveWhatIsGoneByTheTimeTheyAreSaved) {
     for (int step = 1; step <= 90; ++step)
       sound->advanceTo(0.1 * step);
     sound->post(drop.event());
+    if (gone == Gone::atOnce) sound->removeBody(kBall);
+    constexpr BodyId kShard = 100;
+    ASSERT_TRUE(sound->setBody(kShard, drop.ball()));
     sound->advanceTo(9.1);
-    if (isRemoved) sound->removeBody(kBall);
-    sound->advanceTo(9.5);
+    if (gone == Gone::later) sound->removeBody(kBall);
+    for (int step = 92; step <= 104; ++step)
+      sound->advanceTo(0.1 * step);
     ASSERT_TRUE(sound->saveRun(folder_ / "host.run"));
-    samples[isRemoved ? 1 : 0] = replayed(opened());
+    samples.push_back(replayed(opened()));
   }
   EXPECT_LT(differenceOf(samples[0], samples[1]), -300.0);
+  EXPECT_LT(differenceOf(samples[0], samples[2]), -300.0);
+}
+
+// In a process of its own, whose files may not become larger than 200 kB.
+TEST_F(HostRuns, ThatADiskCannotHoldAreKeptUpToThere) {
+  const std::filesystem::path file = folder_ / "host.run";
+  const pid_t child = fork();
+  if (child == 0) {
+    std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit most{200'000, 200'000};
+    setrlimit(RLIMIT_FSIZE, &most);
+    SoundSettings silent;
+    silent.onMessage = [](const std::string&) {};
+    Result<EventSound> sound = EventSound::create(silent);
+    if (!sound || !sound->recordRun(file)) _exit(2);
+    BallDrop drop = dropOnBox(0.0);
+    (void)sound->setBody(kBall, drop.ball());
+    (void)sound->setBody(kFloor, drop.floor());
+    std::mt19937 random(1);
+    for (int step = 1; step <= 3000; ++step) {
+      for (int event = 0; event < 20; ++event) {
+        const double number = 1e-10 * static_cast<double>(random());
+        drop.time = 0.01 * step - 0.005 + 1e-3 * number;
+        drop.speed = 1.0 + number;
+        drop.centre.x() = 1e-3 * number;
+        sound->post(drop.event());
+      }
+      sound->advanceTo(0.01 * step);
+    }
+    const Status finished = sound->finishRun();
+    const bool isTold = !finished && finished.error().message.find("the file has the run up to") !=
+                                         std::string::npos;
+    _exit(isTold ? 0 : 1);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+  EXPECT_LE(std::filesystem::file_size(file), 200'000U);
+  const RecordedRun run = opened();
+  EXPECT_GT(run.scene.duration, 0.1);
+  double last = 0.0;
+  auto portions = run.reader->next();
+  for (; portions && !portions->empty(); portions = run.reader->next())
+    last = portions->back().settledTime;
+  EXPECT_TRUE(portions) << portions.error().message;
+  EXPECT_NEAR(last, run.scene.duration, 1e-9);
+}
+
+// Bodies of one shape that come and go, as shots do.
+TEST_F(HostRuns, HaveAShapeOnceHoweverManyBodiesComeWithIt) {
+  const auto sizeOf = [this](int shots) {
+    SphereBulletWorld bullet{9.81};
+    bullet.addPlane(Vec3::UnitY(), 0.0, 1.0);
+    btConvexHullShape hull;
+    std::mt19937 random(7);
+    const auto number = [&random] { return static_cast<btScalar>(random()) / 1e9F - 2; };
+    for (int corner = 0; corner < 300; ++corner)
+      hull.addPoint(btVector3(number(), number(), number()).normalized() * btScalar(0.05));
+    Result<Sound> sound =
+        Sound::attach(bullet.world, {}, {.radiators = RadiatorChoice::equivalentSphere});
+    EXPECT_TRUE(sound && sound->recordRun(folder_ / "host.run"));
+    btTransform place = btTransform::getIdentity();
+    place.setOrigin(btVector3(0, btScalar(0.06), 0));
+    for (int shot = 0; shot < shots; ++shot) {
+      btRigidBody body(1, nullptr, &hull, btVector3(1, 1, 1));
+      body.setWorldTransform(place);
+      body.setLinearVelocity(btVector3(0, -2, 0));
+      bullet.world.addRigidBody(&body);
+      bullet.step(1.0 / 60, 4);
+      bullet.world.removeRigidBody(&body);
+    }
+    EXPECT_TRUE(sound->close());
+    return std::filesystem::file_size(folder_ / "host.run");
+  };
+  const auto one = sizeOf(1);
+  EXPECT_LT(sizeOf(41) - one, 40 * one / 4);
 }
 
 // Bodies that come and go would be too many for a run at some time.

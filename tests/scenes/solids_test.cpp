@@ -364,6 +364,27 @@ TEST(BulletSolids, MeshTurnedByTheSceneMovesAsTheSameMeshTurnedInItsFile) {
   }
 }
 
+// Bullet's frame of a body is that of its principal axes, which are not those of an L.
+TEST(BulletSolids, BothSharesOfACollisionKnowBothPoses) {
+  const json ell = meshForm("l_shape.obj");
+  const json askew = {{"rotation", {{"axis", {1, 0.3, 0.5}}, {"angle", 25}}}};
+  const auto events = eventsOf(
+      sceneOf({solidOf(ell, {0, 0.1, 0}), solidOf(ell, {0, 0.3, 0}, askew), floorPlane()}, 0.6));
+  std::size_t collisions = 0;
+  for (const ImpulseEvent& event : events) {
+    if (event.body == 2 || event.other == 2) continue;
+    const auto reaction = std::ranges::find_if(events, [&](const ImpulseEvent& other) {
+      return other.time == event.time && other.body == event.other;
+    });
+    ASSERT_NE(reaction, events.end());
+    ASSERT_TRUE(event.hasOtherPose);
+    EXPECT_EQ(event.otherPosition, reaction->bodyPosition);
+    EXPECT_LT(event.otherOrientation.angularDistance(reaction->bodyOrientation), 1e-12);
+    ++collisions;
+  }
+  EXPECT_GT(collisions, 0U);
+}
+
 /// A falling shape, the floor below it, and the shape's rotation.
 struct Bounce {
   json form;
