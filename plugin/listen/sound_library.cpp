@@ -3,7 +3,6 @@
 #include <atomic>
 #include <filesystem>
 #include <mutex>
-#include <utility>
 
 #include <dlfcn.h>
 #include <unistd.h>
@@ -62,13 +61,15 @@ const SoundFunctions* SoundLibrary::open(const void* step, const char* name) {
   static std::mutex& mutex = *new std::mutex;
   if (!isHeardProcess()) return nullptr;
   const std::lock_guard lock(mutex);
-  if (!std::exchange(hasTried_, true)) load(step, name);
-  return opened();
+  const auto [known, isNew] = known_.try_emplace(step, false);
+  if (isNew) known->second = isOfUse(step, name);
+  return known->second ? opened() : nullptr;
 }
 
-void SoundLibrary::load(const void* step, const char* name) {
+bool SoundLibrary::isOfUse(const void* step, const char* name) {
   const std::string why = fault(step, name);
   if (!why.empty()) tellUser(why);
+  return why.empty();
 }
 
 /// Opens the library; returns why it is of no use. Another version of Bullet has other classes: its
@@ -81,6 +82,7 @@ std::string SoundLibrary::fault(const void* step, const char* name) {
            (bullet.version == 0 ? "of unknown version" : versionText(bullet.version)) + " (" +
            place + ") and is not heard; expected the shared libraries of Bullet " +
            versionText(kCompiledVersion);
+  if (isOpen_) return {};
   const std::string file = (folderOfThis() / kind_.library).string();
   makeReachable(bullet);
   void* const handle = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <map>
 #include <string>
 
 #include "plugin/listen/listen_protocol.h"
@@ -26,19 +27,19 @@ class SoundLibrary {
  public:
   explicit SoundLibrary(const BulletKind& kind) : kind_(kind) {}
 
-  /// Opens the library, once, for the Bullet in which `step` is, of that mangled name. Returns
-  /// null, and tells the user why, if there is none for that Bullet, or the process is not the one
-  /// that is heard. [any thread]
+  /// Opens the library for the Bullet in which `step` is, of that mangled name; a process may have
+  /// several. Returns null, and tells the user why, if there is none for that Bullet, or the
+  /// process is not the one that is heard. [any thread]
   const SoundFunctions* open(const void* step, const char* name);
   /// Returns the functions if the library is open in this process. [any thread]
   const SoundFunctions* opened() const;
 
  private:
-  void load(const void* step, const char* name);
+  bool isOfUse(const void* step, const char* name);
   std::string fault(const void* step, const char* name);
 
   BulletKind kind_;
-  bool hasTried_ = false;
+  std::map<const void*, bool> known_;  // Bullets, by `step`: true for those that are heard
   SoundFunctions functions_;
   std::atomic<bool> isOpen_ = false;
 };

@@ -51,6 +51,16 @@ void ContactListener::removeBody(BodyId id) {
   });
 }
 
+void ContactListener::forgetPast() {
+  for (auto& [id, entry] : entries_) {
+    const BodyState now = entry.track.now;
+    entry.track = {};
+    entry.track.now = now;
+  }
+  for (Pair& pair : pairs_)
+    pair.impact = pair.approached = 0;
+}
+
 void ContactListener::begin(const ContactSubstep& substep) {
   durationBefore_ = substep_.duration;
   substep_ = substep;

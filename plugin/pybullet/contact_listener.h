@@ -63,6 +63,9 @@ class ContactListener {
   /// Sets a body. Bodies that were not set count as immovable, without restitution.
   void setBody(BodyId id, const ContactBody& body);
   void removeBody(BodyId id);
+  /// Forgets how bodies moved and which impacts are under way: the host has put the world into
+  /// another state. Pairs that touched are known still, so that what rests does not click.
+  void forgetPast();
 
   /// Begins a substep: to be called once for each, before `state`.
   void begin(const ContactSubstep& substep);

@@ -61,6 +61,7 @@ void ServerWorld::setTime(double seconds) {
   steps_ = 0;
   isOpen_ = false;
   lasting_.clear();
+  listener_.forgetPast();
 }
 
 std::size_t ServerWorld::bodyCount() const {

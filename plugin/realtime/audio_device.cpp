@@ -42,6 +42,8 @@ class AudioDevice::Impl {
 };
 
 Status AudioDevice::Impl::open(double sampleRate) {
+  // SDL would take SIGINT and SIGTERM from the host, as it has audio tell of itself by events.
+  SDL_SetHint(SDL_HINT_NO_SIGNAL_HANDLERS, "1");
   if (SDL_InitSubSystem(SDL_INIT_AUDIO) != 0)
     return Error{std::string("audio device: SDL finds none: ") + SDL_GetError()};
   initialised_ = true;

@@ -54,6 +54,7 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
   const SoundSettings& settings() const { return settings_; }
   std::size_t channelCount() const { return scheduler_.paths().channels.size(); }
   std::size_t outputDelay() const { return limiter_ ? limiter_->latency() : 0; }
+  std::int64_t leapt() const { return timeline_.leapt(); }
   std::int64_t rendered() const { return rendered_.load(std::memory_order_acquire); }
 
   /// Predicts the peak (Pa) of the first blow, for an automatic level.

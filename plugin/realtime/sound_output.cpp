@@ -164,8 +164,8 @@ double SoundOutput::sampleRate() const {
 std::size_t SoundOutput::framesReady() const {
   const SoundEngine* const engine = engineOf(session_);
   if (engine == nullptr) return 0;
-  const double ahead = (session_->time - session_->settings.latency) * sampleRate() -
-                       static_cast<double>(engine->rendered());
+  const double ahead = (session_->time - session_->settings.latency) * sampleRate() +
+                       static_cast<double>(engine->leapt() - engine->rendered());
   return ahead > 0.0 ? static_cast<std::size_t>(ahead) : 0;
 }
 

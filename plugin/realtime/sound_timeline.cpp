@@ -3,13 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <utility>
 
 namespace carom::plugin {
 
 using namespace audio;
 
 TimelineStep SoundTimeline::advance(double time, std::int64_t rendered) {
-  if (clock_ == SoundClock::simulation) return TimelineStep::steady;
+  if (clock_ == SoundClock::simulation) return followClock(time);
   if (rendered == 0) return TimelineStep::skipped;  // no samples have been taken yet
   const double elapsed = time - time_;
   time_ = time;
@@ -46,6 +47,14 @@ TimelineStep SoundTimeline::advance(double time, std::int64_t rendered) {
   if (std::abs(drift_) < kSettled * latency_) slewing_ = false;
   bend(time, slewing_ ? drift_ : 0.0);
   return TimelineStep::steady;
+}
+
+/// Goes on with the samples where the simulation's clock goes back.
+TimelineStep SoundTimeline::followClock(double time) {
+  const double before = std::exchange(time_, time);
+  if (!(time < before)) return TimelineStep::steady;
+  leapt_ += std::llround((before - time) * rate_);
+  return TimelineStep::jumped;
 }
 
 /// Sets the shift anew, to a whole number of samples, so that the look-ahead is the latency.
@@ -85,7 +94,8 @@ void SoundTimeline::setScale(double scale) {
 }
 
 SampleShift SoundTimeline::shiftAt(double time) const {
-  const double samples = clock_ == SoundClock::simulation ? 0.0 : shift(time);
+  if (clock_ == SoundClock::simulation) return {leapt_, 0.0};
+  const double samples = shift(time);
   if (!(std::abs(samples) < kExactSamples)) return {};
   const double whole = std::floor(samples);
   return {static_cast<std::int64_t>(whole), samples - whole};

@@ -66,10 +66,14 @@ class SoundTimeline {
   /// which the scheduler says why.
   audio::SampleShift shiftAt(double time) const;
 
+  /// Samples that go on where the clock has gone back (SoundClock::simulation).
+  std::int64_t leapt() const { return leapt_; }
+
   void pause() { resting_ = true; }
   void setScale(double scale);
 
  private:
+  TimelineStep followClock(double time);
   void anchor(double time, std::int64_t rendered);
   void bend(double time, double drift);
   double shift(double time) const;
@@ -83,7 +87,8 @@ class SoundTimeline {
   bool slewing_ = false;
   std::int64_t heldUntil_ = 0;  // samples rendered at which a simulation that was ahead is followed
   bool held_ = false;
-  double time_ = 0.0;   // s, end of the latest step
+  double time_ = 0.0;  // s, end of the latest step
+  std::int64_t leapt_ = 0;
   double drift_ = 0.0;  // samples by which the look-ahead is too short
 
   struct Piece {

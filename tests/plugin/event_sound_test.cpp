@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -468,6 +469,20 @@ TEST(EventSound, EventsOfARemovedBodyAreRejectedAndItsSoundGoesOn) {
   EXPECT_EQ(pulled(sound, 4800), offline(near(), {0.02}, 4800));
 }
 
+TEST(EventSound, GoesOnWhereItsClockGoesBack) {
+  EventSound sound = made(near());
+  ASSERT_TRUE(sound.prepareRendering(kRate));
+  sound.post(drop(0.02).event());
+  sound.advanceTo(0.25);
+  sound.advanceTo(0.0);  // begun anew
+  EXPECT_EQ(sound.statistics().jumps, 1U);
+  sound.post(drop(0.02).event());
+  sound.advanceTo(0.25);
+  std::vector<float> expected = offline(near(), {0.02, 0.27}, 19200);
+  EXPECT_EQ(pulled(sound, 19200), expected);
+  EXPECT_EQ(sound.statistics().heard, 2U);
+}
+
 // A vase that breaks: the host tells the hit, and takes the vase away in the same step.
 TEST(EventSound, WhatIsPostedBeforeABodyIsRemovedIsHeard) {
   EventSound sound = made(near());
@@ -581,6 +596,16 @@ TEST_P(DummyDevice, PlaysAndStopsAndPlaysAgain) {
     sound.stop();
   }
 }
+TEST_P(DummyDevice, LeavesTheSignalsToTheHost) {
+  EventSound sound = made(near(SoundClock::realTime));
+  ASSERT_TRUE(sound.play());
+  for (const int signal : {SIGINT, SIGTERM}) {
+    struct sigaction now = {};
+    ASSERT_EQ(sigaction(signal, nullptr, &now), 0);
+    EXPECT_EQ(now.sa_handler, SIG_DFL);
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Sdl, DummyDevice, testing::Values("dummy"));
 
 TEST_P(NoDevice, IsRefusedWithAReason) {

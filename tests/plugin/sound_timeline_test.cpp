@@ -58,6 +58,15 @@ TEST(SoundTimeline, LeavesTheClockOfTheSimulationAloneIfAskedTo) {
   }
 }
 
+TEST(SoundTimeline, GoesOnWhereTheClockOfTheSimulationGoesBack) {
+  SoundTimeline timeline(SoundClock::simulation, kRate, kLatency);
+  timeline.advance(2.0, 5);
+  EXPECT_EQ(timeline.advance(0.5, 5), TimelineStep::jumped);
+  EXPECT_EQ(timeline.shiftAt(0.5).whole, std::llround(1.5 * kRate));
+  EXPECT_EQ(timeline.advance(0.6, 5), TimelineStep::steady);
+  EXPECT_EQ(timeline.leapt(), std::llround(1.5 * kRate));
+}
+
 TEST(SoundTimeline, SkipsWhatNobodyHearsAndBeginsWithTheFirstSample) {
   SoundTimeline timeline(SoundClock::realTime, kRate, kLatency);
   EXPECT_EQ(timeline.advance(1.0, 0), TimelineStep::skipped);

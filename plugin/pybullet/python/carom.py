@@ -23,6 +23,7 @@ that no server has seen.
 from __future__ import annotations
 
 import collections
+import contextlib
 import ctypes
 import math
 import os
@@ -57,6 +58,14 @@ Event = collections.namedtuple("Event", [name for name, _ in EVENT_COLUMNS] + ["
 
 class CaromError(RuntimeError):
     """The plugin is not there, or has refused something; the message says why."""
+
+
+class _Gone(CaromError):
+    """The sound, or its server, is not there any more."""
+
+
+#: Beginnings of what the plugin says of a sound that is not there any more.
+_GONE = ("the sound is closed", "this sound was closed")
 
 
 def attach(client, plugin: "str | os.PathLike | None" = None, *, samples: bool = True,
@@ -112,7 +121,8 @@ class Sound:
                 self._do("capture")
             self._describe()
         except BaseException:
-            self.close()
+            with contextlib.suppress(CaromError):
+                self.close()
             raise
 
     def __enter__(self) -> "Sound":
@@ -122,8 +132,9 @@ class Sound:
         self.close()
 
     def close(self) -> None:
-        """Finishes a recording, and ends the sound. The second time it does nothing, nor where the
-        client has disconnected, or another sound has taken this one's place.
+        """Finishes a recording, and ends the sound; says where the recording cannot be finished. The
+        second time it does nothing, nor where the client has disconnected, or another sound has taken
+        this one's place.
 
         The plugin stays loaded, silent: PyBullet ends the program where a plugin is loaded after
         one was unloaded.
@@ -132,10 +143,15 @@ class Sound:
             return
         try:
             self._do("close")
-        except (CaromError, getattr(self._client, "error", CaromError)):
-            pass  # it is gone
-        self._plugin = None
-        self._library = None
+        except _Gone:
+            pass
+        except CaromError:
+            raise
+        except getattr(self._client, "error", _Gone):
+            pass  # the client has disconnected
+        finally:
+            self._plugin = None
+            self._library = None
 
     # What is heard
 
@@ -355,11 +371,11 @@ class Sound:
             raise ValueError(f"the command is longer than {_LONGEST_COMMAND} bytes: {command[:60]}...")
         answer = self._client.executePluginCommand(self._plugin, command, **self._id)
         if isinstance(answer, int):
-            raise CaromError("the physics server does not answer; is it connected still?")
+            raise _Gone("the physics server does not answer; is it connected still?")
         result, _, data = answer
         text = bytes(number & 0xFF for number in data).decode("ascii", "replace")
         if result != 0:
-            raise CaromError(text)
+            raise (_Gone if text.startswith(_GONE) else CaromError)(text)
         return text
 
     def _describe(self) -> None:

@@ -288,6 +288,22 @@ class Clock(WithABall):
             self.assertEqual(heard[0], heard[1])
             self.assertEqual(heard[0], heard[2])
 
+    def test_has_what_happens_right_after_a_restored_state(self):
+        with self.carom.attach(self.client) as sound:
+            for _ in range(56):
+                self.client.stepSimulation()
+            heard = []
+            for _ in range(8):  # it hits the floor in one of these steps
+                state = sound.save_state()
+                events = []
+                for _ in range(3):
+                    sound.restore_state(state)
+                    self.client.stepSimulation()
+                    events.append([round(float(row[0]), 6) for row in sound.events()])
+                self.assertEqual(events[1:], events[:-1])
+                heard += events[0]
+            self.assertEqual(len(heard), 2)
+
     def test_can_be_set(self):
         with self.carom.attach(self.client) as sound:
             self.client.stepSimulation()
@@ -556,6 +572,20 @@ class Clients(WithABall):
         first.close()  # and nothing else
         self.assertEqual(len(second.samples()), 200)
         second.close()
+
+    def test_say_where_a_recording_cannot_be_finished(self):
+        folder = self.file("gone")
+        os.mkdir(folder)
+        with self.assertRaisesRegex(self.carom.CaromError, "gone"):
+            with self.carom.attach(self.client) as sound:
+                sound.record(os.path.join(folder, "ball.wav"))
+                self.client.stepSimulation()
+                for name in os.listdir(folder):
+                    os.remove(os.path.join(folder, name))
+                os.rmdir(folder)
+        with self.carom.attach(self.client) as sound:
+            self.client.stepSimulation()
+            self.assertEqual(len(sound.samples()), 200)
 
     def test_that_have_disconnected_are_not_mistaken_for_others(self):
         stale = self.carom.attach(self.client)

@@ -19,6 +19,7 @@ function kindOf() {
 
 export class Recorder {
   #recorder = null;
+  #begins = false;
   #rolls = false;      // the stretch plays
   #ends = null;
 
@@ -31,7 +32,10 @@ export class Recorder {
     return this.#recorder !== null;
   }
   toggle() {
-    return this.records ? this.#end() : this.begin();
+    if (this.#begins) return undefined;
+    if (this.records) return this.#end();
+    this.#begins = true;
+    return this.begin().finally(() => this.#begins = false);
   }
 
   /// Plays the loop, or else the stretch that the time line shows, once, and records it.

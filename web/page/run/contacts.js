@@ -29,7 +29,8 @@ export class ContactList {
   /// Takes back all after a time (s).
   keep(time) {
     const kept = this.contacts.filter((contact) => contact.begin < time);
-    this.contacts.splice(0, Infinity, ...kept);
+    this.contacts.length = 0;   // in place, and one by one: there may be more than a call takes
+    for (const contact of kept) this.contacts.push(contact);
     this.#last.clear();
     for (const contact of kept) {
       contact.end = Math.min(contact.end, time);

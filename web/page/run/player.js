@@ -69,11 +69,13 @@ export class Player extends EventTarget {
 
   async play() {
     if (this.#time >= this.end - 1e-9) this.#time = this.loop ? this.loop[0] : 0;
-    await this.sound.start(this.run, await this.head());
+    const {run} = this;
+    await this.sound.start(run, await this.head());
     this.playing = true;
     this.#last = performance.now();
     this.#resound();
     this.#changed();
+    if (run !== this.run) await this.#openRun();   // another was chosen meanwhile
   }
   /// Plays a stretch once, from its begin to its end, without its loop.
   once([from, to]) {
@@ -109,23 +111,22 @@ export class Player extends EventTarget {
   async setRun(index) {
     if (index === this.#run || !this.runs[index]) return;
     this.#release();
-    const plays = this.playing;
-    if (plays) this.sound.rest();
+    if (this.playing) this.sound.rest();
     this.#run = index;
     this.#time = Math.min(this.#time, this.duration);
     this.#changed();
-    await this.#openRun(plays);
+    await this.#openRun();
   }
   /// The run that is shown has become another one, in the same place.
   renewRun() {
     this.#release();
     this.#changed();
-    return this.#openRun(this.playing);
+    return this.#openRun();
   }
-  async #openRun(plays) {
+  async #openRun() {
     const {run} = this;
     if (this.sound.on) await this.sound.start(run, await this.head());
-    if (plays && run === this.run) this.#resound();
+    if (run === this.run) this.#resound();
   }
   get runIndex() {
     return this.#run;

@@ -18,8 +18,9 @@ export class Sound extends EventTarget {
   #asked = 0;
   #context = null;
   #node = null;
-  #opened = new Set(); // runs that the worklet has
-  #fed = new Map();    // pieces that it has, of runs that go on
+  #made = null;        // the promise of both
+  #opened = new Map(); // runs that the worklet has, by their index: another may take a run's place
+  #fed = new WeakMap(); // pieces that it has of a run, by the run itself
   #line = Promise.resolve();
   #opening = null;
   #anchor = null;      // the worklet's latest report
@@ -62,7 +63,7 @@ export class Sound extends EventTarget {
   async start(run, head) {
     if (this.reason) return false;
     try {
-      if (!this.#context) await this.#make(run);
+      await (this.#made ??= this.#make(run));   // a second press may come before the first is through
       if (this.#context.state !== 'running') await this.#context.resume();
       if (run.hasSound) await this.open(run, head);
     } catch (error) {
@@ -101,40 +102,41 @@ export class Sound extends EventTarget {
     return opened;
   }
   async #open(run, head) {
-    if (this.#opened.has(run.index)) return;
+    if (this.#opened.get(run.index) === run) return;
     const bytes = await run.soundBytes();
     const answer = new Promise((resolve, reject) => {
       this.#opening = {resolve, reject};
       this.#node.port.postMessage({type: 'open', run: run.index, bytes, head, busy: busyTimes(run), ahead: run.growth?.ahead});
     });
-    this.#fed.set(run.index, 0);
+    this.#fed.set(run, 0);
     this.feed(run);
     await answer;
-    this.#opened.add(run.index);
+    this.#opened.set(run.index, run);
   }
   /// Hands over what has come to a run that goes on (live/growth.js).
   feed(run) {
-    if (!this.#fed.has(run.index) || !run.growth) return;
+    if (!this.#fed.has(run) || !run.growth) return;
     const {pieces} = run.growth;
-    for (let piece = this.#fed.get(run.index); piece < pieces.length; ++piece) {
+    for (let piece = this.#fed.get(run); piece < pieces.length; ++piece) {
       this.#node.port.postMessage({type: 'append', run: run.index, bytes: pieces[piece].sound});
     }
-    this.#fed.set(run.index, pieces.length);
+    this.#fed.set(run, pieces.length);
   }
-  /// Takes back all but some portions of a run that goes on; a `go` has to follow.
+  /// Takes back all but some portions of a run that goes on; a `go` has to follow. Pieces behind them
+  /// are new.
   cut(run, portions) {
-    if (!this.#fed.has(run.index)) return;
+    if (!this.#fed.has(run)) return;
     this.#anchor = null;
-    this.#fed.set(run.index, run.growth.pieces.length);
+    this.#fed.set(run, run.growth.pieces.filter((piece) => piece.portions <= portions).length);
     this.#node.port.postMessage({type: 'cut', run: run.index, portions});
   }
   /// Has another run take a run's place.
   forget(run) {
-    this.#fed.delete(run.index);
+    this.#fed.delete(this.#opened.get(run.index));
     this.#opened.delete(run.index);
   }
   has(run) {
-    return this.on && this.#opened.has(run.index);
+    return this.on && this.#opened.get(run.index) === run;
   }
 
   #take(message) {

@@ -89,7 +89,9 @@ class CaromProcessor extends AudioWorkletProcessor {
   rest() {
     this.next = this.playing ? {type: 'rest'} : null;
   }
+  /// A loop that begins again, and an order that waits, are heard from there as well.
   ear({pose}) {
+    for (const order of [this.now, this.next]) if (order?.hear) order.hear.pose = pose;
     if (this.playing) this.engine.moveEar(pose);
   }
   volume({value}) {

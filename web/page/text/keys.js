@@ -1,6 +1,7 @@
 // Everything by keyboard alone. Letters that fly work while they are held.
 
 const kFly = {KeyW: [0, 0, 1], KeyS: [0, 0, -1], KeyA: [-1, 0, 0], KeyD: [1, 0, 0], KeyE: [0, 1, 0], KeyQ: [0, -1, 0]};
+const kRepeats = /^(Arrow.*|[-+=[\]])$/;   // keys that act again while they are held
 const kFlySpeed = 0.9;      // radii of the scene in a second
 const kOrbitSpeed = 1.4;    // rad in a second
 
@@ -36,7 +37,7 @@ export class Keys {
     const act = this.acts[event.key] ?? this.acts[event.key.toLowerCase()];
     if (!act) return;
     event.preventDefault();
-    act(event);
+    if (!event.repeat || kRepeats.test(event.key)) act(event);
   }
 
   /// Moves the view by the keys that are held, for one picture of `seconds`; true if any are.
