@@ -29,6 +29,9 @@ constexpr double kNearest = 0.1;
 constexpr int kRestingSteps = 8;
 constexpr double kLouder = 1.5;
 
+/// s by which a damping waits at most for a ring that is on its way.
+constexpr double kLongestDelay = 60.0;
+
 /// Lets a contact that is too quiet rest.
 void letRest(const ContactState& contact, Slide& slide) {
   slide.rest = {.steps = kRestingSteps,
@@ -256,7 +259,18 @@ void ContactSoundScheduler::damp(const ContactState& contact, const SampleShift&
   const double rate = settings_.sampleRate;
   if (!isFinite || settings_.contactLoss == 0.0 || !(std::abs(contact.time) * rate < kExactSamples))
     return;
-  const std::int64_t sample = shifted(samplesOf(contact.time, 0.0, rate), shift).whole;
+  const auto mayRing = [this](BodyId id) {
+    const SoundingBody* const body = bodies_.find(id);
+    return body != nullptr && body->modes != nullptr;
+  };
+  if (!mayRing(contact.body) && !mayRing(contact.other)) return;
+  // What damps a ring is heard when the ring is. Banks of all channels take it at once, so that the
+  // nearest listener counts.
+  const double way = listeners_.nearestDistance(contact.time, contact.position);
+  const double delay =
+      std::isfinite(way) ? std::min(way / settings_.medium.speedOfSound, kLongestDelay) : 0.0;
+  if (!(std::abs(contact.time + delay) * rate < kExactSamples)) return;
+  const std::int64_t sample = shifted(samplesOf(contact.time, delay, rate), shift).whole;
   for (const bool first : {true, false})
     if (updateModes(contact, first, sample)) {
       const BodyId body = first ? contact.body : contact.other;

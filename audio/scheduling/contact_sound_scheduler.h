@@ -51,10 +51,14 @@ class ContactSoundScheduler {
     return listeners_.place(listener, pose);
   }
   /// Returns the listeners to where they were created, to await their first pose, and forgets what
-  /// rings and moves.
+  /// rings, moves and touches.
   void restart() {
     listeners_.restart();
     rings_.clear();
+    exciter_.forgetContacts();
+    released_.clear();
+    coupled_.forgetLast();
+    heardClicks_ = {};
   }
   /// Has rings followed as those of a live sound: see RingTracks::followLive.
   void followLive(std::size_t ways) { rings_.followLive(ways); }

@@ -36,6 +36,8 @@ class CoupledImpacts {
     rings_.damp(body, time, rates);
   }
   void forget(BodyId body) { rings_.forget(body); }  ///< one that is removed
+  /// Has an impact like the last one count as another: the sound begins anew.
+  void forgetLast() { solvedFor_ = {}; }
   /// Sum over all impacts, as of a time (s).
   ContactEnergy energyAt(double time) const;
 

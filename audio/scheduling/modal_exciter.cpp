@@ -26,8 +26,6 @@ constexpr double kNearestListener = 1e-6;
 /// A contact that has changed by less counts as unchanged.
 constexpr double kNewStiffness = 1.25;  // factor on its stiffness
 constexpr double kMoved = 0.05;         // distance, as a share of the body's radius
-/// Bound of a mode's decay rate over its frequency in rad/s: beyond, perturbation is not valid.
-constexpr double kMostDamping = 0.5;
 /// Share of the mean over directions at 1 m with which a blow is heard at least if its ring is
 /// followed, so that the oscillation of a mode at a node of its pattern is not lost in a 0.
 constexpr double kNode = 1e-12;
@@ -356,11 +354,11 @@ bool ModalExciter::updateContact(const DampingContact& contact, const Source& so
   } else {
     Damper& now = dampers_[key];
     const double ratio = contact.stiffness / now.stiffness;
-    const bool isNew = now.rates.empty() ||
+    const bool isNew = now.modes != source.resonators ||
                        !(ratio > 1.0 / kNewStiffness && ratio < kNewStiffness) ||
                        (contact.point - now.point).norm() > kMoved * source.radius;
     if (!isNew) return false;
-    now = {contact.stiffness, contact.point,
+    now = {source.resonators, contact.stiffness, contact.point,
            ratesOf(contact, source, paths_->settings.contactLoss)};
   }
   addDamping(contact.body, *source.resonators, first);

@@ -132,6 +132,8 @@ class ModalExciter {
   /// Forgets the contacts of a body. Returns the bodies that they have damped, as they still are
   /// until `undamp`.
   std::vector<BodyId> forgetContacts(BodyId body);
+  /// Forgets all contacts, for sound that begins anew.
+  void forgetContacts() { dampers_.clear(); }
   /// Makes the damping of a body by the contacts that it has now, from `first` on, the only
   /// excitation.
   void undamp(BodyId body, const ResonatorSet& set, std::int64_t first);
@@ -180,6 +182,7 @@ class ModalExciter {
   /// The decay rates that a contact adds to a body; kept by the body and the one in contact with
   /// it.
   struct Damper {
+    const ResonatorSet* modes = nullptr;  // of which `rates` are
     double stiffness = 0.0;
     Vec3 point = Vec3::Zero();
     std::vector<double> rates;  // 1/s, one for each mode

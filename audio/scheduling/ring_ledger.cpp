@@ -1,5 +1,6 @@
 #include "audio/scheduling/ring_ledger.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -15,7 +16,9 @@ void RingLedger::advance(Ring& ring, double time) {
   for (std::size_t mode = 0; mode < ring.energies.size(); ++mode) {
     if (ring.energies[mode] == 0.0) continue;
     const double free = -ring.resonators->pole[mode].real();
-    const double decay = free + (ring.damping.empty() ? 0.0 : ring.damping[mode]);
+    const double damped = free + (ring.damping.empty() ? 0.0 : ring.damping[mode]);
+    const double most = std::max(free, kMostDamping * ring.resonators->pole[mode].imag());
+    const double decay = std::min(damped, most);
     if (!(decay > 0.0)) continue;
     const double lost = -ring.energies[mode] * std::expm1(-2.0 * decay * passed);
     const double radiated = lost * ring.resonators->radiated[mode] / decay;
@@ -32,7 +35,8 @@ void RingLedger::add(BodyId body, const ResonatorSet& resonators, double time,
   if (ring.resonators != &resonators) {  // a new body, or one with another model
     ring.sum.absorbed += std::accumulate(ring.energies.begin(), ring.energies.end(), 0.0);
     ring.energies.assign(resonators.modes, 0.0);
-    ring.damping.clear();
+    // It may have been touched before anything struck it.
+    if (ring.resonators != nullptr || ring.damping.size() != resonators.modes) ring.damping.clear();
     ring.resonators = &resonators;
     ring.time = time;
     ring.sum.body = body;
@@ -44,10 +48,11 @@ void RingLedger::add(BodyId body, const ResonatorSet& resonators, double time,
 }
 
 void RingLedger::damp(BodyId body, double time, std::span<const double> rates) {
-  const auto ring = rings_.find(body);
-  if (ring == rings_.end() || ring->second.energies.size() != rates.size()) return;
-  advance(ring->second, time);
-  ring->second.damping.assign(rates.begin(), rates.end());
+  Ring& ring = rings_[body];
+  const bool isStruck = ring.resonators != nullptr;
+  if (isStruck && !rates.empty() && ring.energies.size() != rates.size()) return;
+  if (isStruck) advance(ring, time);
+  ring.damping.assign(rates.begin(), rates.end());
 }
 
 void RingLedger::forget(BodyId body) {
@@ -65,6 +70,7 @@ void RingLedger::forget(BodyId body) {
 std::vector<RingEnergy> RingLedger::at(double time) const {
   std::vector<RingEnergy> all;
   for (const auto& [body, ring] : rings_) {
+    if (ring.resonators == nullptr) continue;
     Ring later = ring;
     advance(later, time);
     later.sum.remaining = std::accumulate(later.energies.begin(), later.energies.end(), 0.0);

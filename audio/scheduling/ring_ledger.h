@@ -18,7 +18,8 @@ class RingLedger {
   /// Gives the modes of a body so much energy (J, one for each resonator) at a time (s).
   void add(BodyId body, const ResonatorSet& resonators, double time,
            std::span<const double> energies);
-  /// Sets what lasting contacts add to the decay rates (1/s) of a body's modes, from `time` (s) on.
+  /// Sets what lasting contacts add to the decay rates (1/s) of a body's modes, from `time` (s) on;
+  /// empty: nothing touches it.
   void damp(BodyId body, double time, std::span<const double> rates);
 
   /// Closes the books of a body that is removed: it rings on to its end, and counts in removed().
@@ -30,11 +31,11 @@ class RingLedger {
 
  private:
   struct Ring {
-    const ResonatorSet* resonators = nullptr;
-    double time = 0.0;             // s, up to which the energies are known
-    std::vector<double> energies;  // J, one for each mode
-    std::vector<double> damping;   // 1/s, of lasting contacts; empty: none
-    RingEnergy sum;                // all but what remains
+    const ResonatorSet* resonators = nullptr;  // null until it is struck
+    double time = 0.0;                         // s, up to which the energies are known
+    std::vector<double> energies;              // J, one for each mode
+    std::vector<double> damping;               // 1/s, of lasting contacts; empty: none
+    RingEnergy sum;                            // all but what remains
   };
   static void advance(Ring& ring, double time);
 

@@ -140,8 +140,10 @@ ResonatorSet::ResonatorSet(std::shared_ptr<const ModalModel> ofModel, const Synt
     const double omega = 2.0 * std::numbers::pi * model->modes[mode].frequency;
     const double sampleRate = settings.sampleRate;
     const double inModelsMedium = model->modes[mode].radiation.decayRate;
-    const double decay = model->modes[mode].decayRate + (thinner - 1.0) * inModelsMedium;
-    radiated[mode] = thinner * inModelsMedium;
+    // In a dense medium a mode would lose more than all that it has: it is damped as far as counts.
+    const double wanted = model->modes[mode].decayRate + (thinner - 1.0) * inModelsMedium;
+    const double decay = std::min(wanted, kMostDamping * omega);
+    radiated[mode] = std::clamp(thinner * inModelsMedium - (wanted - decay), 0.0, decay);
     pole[mode] = {-decay, std::sqrt((omega - decay) * (omega + decay))};
     const TwoPole two = TwoPole::of(pole[mode].imag(), decay, sampleRate);
     a1[mode] = two.a1;

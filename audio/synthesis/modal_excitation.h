@@ -15,6 +15,8 @@
 
 namespace carom::audio {
 
+/// Bound of a mode's decay rate over its frequency in rad/s: beyond, perturbation is not valid.
+inline constexpr double kMostDamping = 0.5;
 /// Reach in samples of a ring's rest (ResonatorSet::rest) to either side of its drive.
 inline constexpr std::size_t kRestReach = 16;
 /// Taps at -kRestReach to kRestReach samples.

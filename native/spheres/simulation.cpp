@@ -73,6 +73,8 @@ void Simulation::advanceTo(double time, std::size_t mostEvents) {
 
 void Simulation::push(std::size_t listed, const Vec3& impulse) {
   const std::uint32_t sphere = order_[listed];
+  // One that is jammed meets nothing any more, and stays where it is.
+  if (scheduler_.removed(sphere) && !trajectories_.isLinked(sphere)) return;
   trajectories_.setNow({time_, 0.0});
   sleep_.wake(sphere);
   Motion motion = trajectories_.motion(sphere);

@@ -83,21 +83,23 @@ Vec3 Trajectories::spin(std::size_t sphere, const Instant& instant) const {
 // ---- Changes
 
 void Trajectories::changeMotion(std::uint32_t sphere, const Motion& motion) {
-  rebase(sphere, motion);
+  (void)rebase(sphere, motion);
   if (isLinked(sphere)) restarts_.push_back(linkage_.groupOf(sphere));
 }
 
-/// Changes the motion without a new step of the sphere's group.
-void Trajectories::rebase(std::uint32_t sphere, const Motion& motion) {
+/// Changes the motion without a new step of the sphere's group. Returns how long (s) it goes on so:
+/// see `roll`.
+double Trajectories::rebase(std::uint32_t sphere, const Motion& motion) {
   if (!spins_.empty()) spins_[sphere] = {spin(sphere, motion.since), Vec3::Zero()};
   const Motion before = bodies_.at(sphere, motion.since);
   if (bodies_.accelerations[sphere] != bodies_.gravity) ledger_.recordForces(sphere, before);
   bodies_.motions[sphere] = motion;
   moveAlongWalls(sphere);
-  roll(sphere);
+  const double lasts = roll(sphere);
   ledger_.recordChange(sphere, before.velocity, bodies_.motions[sphere].velocity);
   scheduler_.forget(sphere);
   changed_.push_back(sphere);
+  return lasts;
 }
 
 /// Releases the walls that the sphere leaves or runs into at its new velocity, and sets its
@@ -140,21 +142,22 @@ void Trajectories::hold(std::uint32_t sphere, std::uint32_t wall, Motion& motion
 }
 
 /// Sets the motion of a sphere along the one plane that holds it: sliding, rolling, or still.
-void Trajectories::roll(std::uint32_t sphere) {
-  if (spins_.empty()) return;
+/// Returns the time (s) after which that becomes another.
+double Trajectories::roll(std::uint32_t sphere) {
+  if (spins_.empty()) return kNever;
   Spin& spin = spins_[sphere];
   if (!isLinked(sphere)) scheduler_.setTurn(sphere, Instant::never());
   if (bodies_.isAsleep(sphere)) spin.velocity.setZero();
   const Holds& holds = bodies_.holds[sphere];
-  if (holds.count != 1 || isLinked(sphere) || bodies_.isAsleep(sphere)) return;
+  if (holds.count != 1 || linkage_.hasRods(sphere) || bodies_.isAsleep(sphere)) return kNever;
   const Plane& plane = bodies_.walls[holds.walls[0]].plane;
   RollingContact contact;
   contact.sliding = properties_.slidingFriction(sphere, plane);
-  if (contact.sliding == 0.0) return;
+  if (contact.sliding == 0.0) return kNever;
   contact.normal = plane.normal;
   contact.radius = bodies_.radii[sphere];
-  contact.support = std::max(-bodies_.alongNormal(plane.normal, bodies_.gravity), 0.0);
-  if (contact.support == 0.0) return;  // it is not pressed against this wall
+  contact.support = std::max(-bodies_.alongNormal(plane.normal, freeAcceleration(sphere)), 0.0);
+  if (contact.support == 0.0) return kNever;  // it is not pressed against this wall
   contact.pull = bodies_.accelerations[sphere];
   contact.rolling = properties_.friction(sphere).rolling;
   contact.pivoting = properties_.friction(sphere).pivoting;
@@ -164,7 +167,8 @@ void Trajectories::roll(std::uint32_t sphere) {
   motion.velocity = course.velocity + plane.velocity;
   spin = course.spin;
   bodies_.setAcceleration(sphere, course.acceleration);
-  scheduler_.setTurn(sphere, after(now_, course.duration));
+  if (!isLinked(sphere)) scheduler_.setTurn(sphere, after(now_, course.duration));
+  return course.duration;
 }
 
 void Trajectories::turn(std::uint32_t sphere) {
@@ -201,8 +205,8 @@ void Trajectories::restartGroup(std::uint32_t group) {
   const Linkage::Step step = linkage_.step(group, motions);
   for (std::size_t i = 0; i < members.size(); ++i) {
     freeAccelerations_[members[i]] = step.accelerations[i];
-    rebase(members[i], motions[i]);
-    scheduler_.setTurn(members[i], after(now_, step.duration));
+    const double lasts = rebase(members[i], motions[i]);
+    scheduler_.setTurn(members[i], after(now_, std::min(step.duration, lasts)));
   }
 }
 

@@ -82,9 +82,9 @@ class Trajectories {
   void predictChanged();
 
  private:
-  void rebase(std::uint32_t sphere, const Motion& motion);
+  double rebase(std::uint32_t sphere, const Motion& motion);
   void moveAlongWalls(std::uint32_t sphere);
-  void roll(std::uint32_t sphere);
+  double roll(std::uint32_t sphere);
   void restartGroup(std::uint32_t group);
   void restartGroups();
   void settleGroup(std::uint32_t group);

@@ -448,10 +448,12 @@ TEST(MovingRing, IsDampedByContactsInMotion) {
   contact.otherPathStart = contact.otherPathEnd = Vec3(0.0, 0.0, 0.01);
   contact.duration = kTo - kFrom;
   contact.time = kFrom;
+  contact.position = fly.listener(kFrom);  // so that nothing is delayed
   contact.phase = ContactPhase::begin;
   contact.normalLoad = 1e-4;
   synth.updateContact(contact);
   contact.time = kTo;
+  contact.position = fly.listener(kTo);
   contact.phase = ContactPhase::end;
   contact.normalLoad = 0.0;
   synth.updateContact(contact);

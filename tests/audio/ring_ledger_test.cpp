@@ -1,5 +1,6 @@
 #include "audio/scheduling/ring_ledger.h"
 
+#include <complex>
 #include <limits>
 #include <memory>
 #include <vector>
@@ -67,6 +68,22 @@ TEST(RingLedger, FollowsBlowsAndDampingByContacts) {
   EXPECT_NEAR(body.radiated + body.absorbed + body.remaining, body.given, 1e-14);
 }
 
+TEST(RingLedger, KnowsWhatTouchedABodyBeforeItWasStruckAndWhatLetItGo) {
+  const ResonatorSet set(bell(), {});
+  RingLedger ledger;
+  ledger.damp(7, 0.5, std::vector{6.0, 0.0});
+  EXPECT_TRUE(ledger.at(0.6).empty());
+  ledger.add(7, set, 1.0, std::vector{2.0, 0.0});
+  ledger.damp(7, 1.05, {});
+  Course low{2.0};
+  low.ring(0.05, 4.0, 12.0);
+  low.ring(0.07, 4.0, 6.0);
+  const RingEnergy body = ledger.at(1.12).front();
+  EXPECT_NEAR(body.radiated, low.radiated, 1e-8);
+  EXPECT_NEAR(body.absorbed, low.absorbed, 1e-8);
+  EXPECT_NEAR(body.remaining, low.energy, 1e-8);
+}
+
 TEST(RingLedger, InTheEndNothingRemains) {
   const ResonatorSet set(bell(), {});
   RingLedger ledger;
@@ -95,6 +112,21 @@ TEST(RingLedger, RemovedBodiesRingToTheirEnd) {
   EXPECT_NEAR(ledger.removed().radiated, 0.4 * 2.0, 1e-12);
   EXPECT_NEAR(ledger.removed().absorbed, 0.6 * 2.0, 1e-12);
   EXPECT_EQ(ledger.removed().remaining, 0.0);
+}
+
+// In water, and in what is denser still, a mode cannot lose more than it has.
+TEST(RingLedger, DenseMediaDampAsFarAsCounts) {
+  for (const double density : {400.0, 1000.0, 1e4}) {
+    SynthSettings settings;
+    settings.medium.density = density;
+    const ResonatorSet set(bell(), settings);
+    for (std::size_t mode = 0; mode < set.modes; ++mode) {
+      EXPECT_GT(set.pole[mode].imag(), 0.0) << density;
+      EXPECT_LE(-set.pole[mode].real(), std::abs(set.pole[mode]) / 2.0 * (1.0 + 1e-12));
+      EXPECT_GE(set.radiated[mode], 0.0);
+      EXPECT_LE(set.radiated[mode], -set.pole[mode].real());
+    }
+  }
 }
 
 // In a medium of another density, sound takes as much more or less.

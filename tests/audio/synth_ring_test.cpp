@@ -289,6 +289,19 @@ TEST(SynthRing, ATouchThatDampsNothingChangesNoBits) {
   EXPECT_EQ(render(true), render(false));
 }
 
+// The ear is 0.1 s away: what touches the body from 0.3 s on is heard from 0.4 s on.
+TEST(SynthRing, ADampingIsHeardAsLateAsTheRing) {
+  SynthSettings settings;
+  settings.contactLoss = 0.05;
+  Synth synth = floorRings(dropOnBox(0.01), {{1000.0, 3.0, 1.0}}, settings,
+                           {"far", {0.0, 0.0, 0.1 * settings.medium.speedOfSound}});
+  synth.schedule(floorShare(dropOnBox(0.01)));
+  rest(synth, 0.3, 1.0, 1e-4);
+  const std::vector<double> heard = renderMono(synth, 36000);
+  EXPECT_NEAR(decayBetween(heard, 0.2, 0.38), 3.0, 0.05);
+  EXPECT_GT(decayBetween(heard, 0.41, 0.6), 8.0);
+}
+
 TEST(SynthRing, WhatRestedOnItIsRemovedAndItRingsFreely) {
   const auto decayAfter = [](bool isRemoved) {
     SynthSettings settings;
@@ -311,6 +324,30 @@ TEST(SynthRing, WhatRestedOnItIsRemovedAndItRingsFreely) {
   };
   EXPECT_GT(decayAfter(false), 8.0);
   EXPECT_NEAR(decayAfter(true), 3.0, 0.05);
+}
+
+// The same contacts come again, as in a replay, or lie on a body that has another model by now.
+TEST(SynthRing, IsDampedAgainAfterASeekAndWithAnotherModel) {
+  SynthSettings settings;
+  settings.contactLoss = 0.05;
+  Synth synth = floorRings(dropOnBox(0.1), {{1000.0, 3.0, 1.0}}, settings);
+  const auto decay = [&synth] {
+    synth.schedule(floorShare(dropOnBox(0.1)));
+    return decayBetween(renderMono(synth, 24000), 0.12, 0.3);
+  };
+  rest(synth, 0.02, 0.5, 1e-4);
+  const double first = decay();
+  EXPECT_GT(first, 8.0);
+  synth.seek(0.0);
+  rest(synth, 0.02, 0.5, 1e-4);
+  EXPECT_NEAR(decay(), first, 1e-6 * first);
+  synth.seek(0.0);
+  rest(synth, 0.02, 0.05, 1e-4);
+  SoundBody floor = dropOnBox(0.0).floor();
+  floor.modal = boxOf({{1000.0, 3.0, 1.0}});
+  ASSERT_TRUE(synth.setBody(kFloor, floor));
+  rest(synth, 0.05, 0.5, 1e-4);
+  EXPECT_NEAR(decay(), first, 1e-6 * first);
 }
 
 // A body that is struck while something lies on it is damped from the start.

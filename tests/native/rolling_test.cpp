@@ -1,4 +1,5 @@
 #include <cmath>
+#include <numbers>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -54,6 +55,42 @@ TEST(Rolling, ASlidingBallRollsWithFiveSeventhsOfItsSpeed) {
   EXPECT_NEAR(slipOf(stepper.state(0), kBallRadius).norm(), 0.0, 1e-13);
   EXPECT_EQ(stepper.state(0).position.y(), kBallRadius);
   EXPECT_TRUE(stepper.advanceTo(100.0).empty());
+}
+
+// Drag and a spring that hardly pull change hardly anything: friction acts beside them.
+TEST(Rolling, ABallThatDragOrASpringPullsRollsToo) {
+  for (const bool hasSpring : {false, true}) {
+    SphereWorld world = table();
+    world.spheres = {ballAt(1, 0.0, 0.0, {2.0, 0.0, 0.0})};
+    if (hasSpring)
+      world.springs = {{1, kAnchor, {0.0, 1.0, 0.0}, 1.0, 1e-9, 0.0}};
+    else
+      world.drag.rate = 1e-7;
+    SphereStepper stepper = stepperOf(world);
+    const double slowing = 0.2 * kGravity;
+    const double rolls = 2.0 * 2.0 / (7.0 * slowing);
+    stepper.advanceTo(0.5 * rolls);
+    EXPECT_NEAR(stepper.state(0).velocity.x(), 2.0 - 0.5 * slowing * rolls, 1e-6) << hasSpring;
+    stepper.advanceTo(rolls + 1.0);
+    EXPECT_NEAR(stepper.state(0).velocity.x(), 2.0 * 5.0 / 7.0, 1e-5) << hasSpring;
+    EXPECT_NEAR(slipOf(stepper.state(0), kBallRadius).norm(), 0.0, 1e-9) << hasSpring;
+  }
+}
+
+// A spring of w = 2 pi / s whose ball rolls moves 7/5 of its mass.
+TEST(Rolling, ABallOnASpringRollsToAndFroAsSevenFifthsOfItsMass) {
+  SphereWorld world = table();
+  const double stiffness = 1.4 * kBallMass * std::pow(2.0 * std::numbers::pi, 2);
+  world.spheres = {ballAt(1, 0.1, 0.0, Vec3::Zero())};
+  world.spheres[0].friction.sliding = world.planes[0].friction = 2.0;
+  world.springs = {{1, kAnchor, {0.0, kBallRadius, 0.0}, 0.0, stiffness, 0.0}};
+  SphereStepper stepper = stepperOf(world);
+  for (int quarter = 1; quarter <= 8; ++quarter) {
+    stepper.advanceTo(0.25 * quarter);
+    const double phase = 0.5 * std::numbers::pi * quarter;
+    EXPECT_NEAR(stepper.state(0).position.x(), 0.1 * std::cos(phase), 2e-3) << quarter;
+    EXPECT_NEAR(slipOf(stepper.state(0), kBallRadius).norm(), 0.0, 2e-3) << quarter;
+  }
 }
 
 TEST(Rolling, ADrawShotComesBack) {

@@ -209,6 +209,10 @@ TEST_P(Press, CrushesOneBallWhichStaysWhereItIs) {
   EXPECT_NEAR(stepper.state(0).position.x(), 0.05, 1e-4);
   EXPECT_EQ(stepper.state(0).velocity, Vec3::Zero());
   EXPECT_TRUE(valid(stepper));
+  const Vec3 before = stepper.state(0).position;
+  stepper.push(0, {0.0, 1.0, 0.0});
+  stepper.advanceTo(1.0);
+  EXPECT_EQ(stepper.state(0).position, before);
 }
 
 INSTANTIATE_TEST_SUITE_P(Restitution, Press, testing::Values(0.0, 0.5, 0.9, 1.0));
