@@ -338,10 +338,10 @@ TEST(SynthRing, IsDampedAgainAfterASeekAndWithAnotherModel) {
   rest(synth, 0.02, 0.5, 1e-4);
   const double first = decay();
   EXPECT_GT(first, 8.0);
-  synth.seek(0.0);
+  ASSERT_TRUE(synth.seek(0.0));
   rest(synth, 0.02, 0.5, 1e-4);
   EXPECT_NEAR(decay(), first, 1e-6 * first);
-  synth.seek(0.0);
+  ASSERT_TRUE(synth.seek(0.0));
   rest(synth, 0.02, 0.05, 1e-4);
   SoundBody floor = dropOnBox(0.0).floor();
   floor.modal = boxOf({{1000.0, 3.0, 1.0}});

@@ -70,7 +70,8 @@ TEST(Rolling, ABallThatDragOrASpringPullsRollsToo) {
     const double slowing = 0.2 * kGravity;
     const double rolls = 2.0 * 2.0 / (7.0 * slowing);
     stepper.advanceTo(0.5 * rolls);
-    EXPECT_NEAR(stepper.state(0).velocity.x(), 2.0 - 0.5 * slowing * rolls, 1e-6) << hasSpring;
+    // The plane holds it from its first contact on, a third of a millisecond after the beginning.
+    EXPECT_NEAR(stepper.state(0).velocity.x(), 2.0 - 0.5 * slowing * rolls, 1e-3) << hasSpring;
     stepper.advanceTo(rolls + 1.0);
     EXPECT_NEAR(stepper.state(0).velocity.x(), 2.0 * 5.0 / 7.0, 1e-5) << hasSpring;
     EXPECT_NEAR(slipOf(stepper.state(0), kBallRadius).norm(), 0.0, 1e-9) << hasSpring;
