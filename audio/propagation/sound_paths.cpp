@@ -26,7 +26,7 @@ Status validate(const SynthSettings& settings, const std::vector<Listener>& list
                  " Hz is out of range: 8000 to 192000 Hz"};
   if (!isPositive(settings.medium.density)) return Error{"density of the medium must be positive"};
   if (!isPositive(settings.medium.speedOfSound)) return Error{"speed of sound must be positive"};
-  if (const Status valid = validateAir(settings.medium); !valid) return valid;
+  if (Status valid = validateAir(settings.medium); !valid) return valid;
   if (!(std::isfinite(settings.audibleThreshold) && settings.audibleThreshold >= 0.0))
     return Error{"audible threshold must be a finite pressure of at least 0 Pa"};
   if (listeners.empty()) return Error{"there is no listener: at least one is needed"};

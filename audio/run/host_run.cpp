@@ -539,7 +539,7 @@ std::vector<PathPiece> takeLongPaths(HostWorld& world) {
   return pieces;
 }
 
-Status putBack(std::vector<PathPiece> pieces, HostWorld& world) {
+Status putBack(const std::vector<PathPiece>& pieces, HostWorld& world) {
   std::vector<std::vector<ListenerPose>> paths(world.paths.size());
   for (const PathPiece& piece : pieces) {
     if (piece.listener >= paths.size()) return Error{"has a path of a listener that there is not"};

@@ -112,7 +112,7 @@ Result<PathPiece> decodedPath(std::span<const std::byte> bytes);
 std::vector<PathPiece> takeLongPaths(HostWorld& world);
 /// Puts the pieces back, before what the world has of those paths. Refuses pieces that make no path
 /// of a listener of the world, with the second half of a sentence. [any thread]
-Status putBack(std::vector<PathPiece> pieces, HostWorld& world);
+Status putBack(const std::vector<PathPiece>& pieces, HostWorld& world);
 
 std::vector<std::byte> encodedWorld(const HostWorld& world);
 /// An error is the second half of a sentence. Numbers are looked at by whoever uses them, but for

@@ -141,8 +141,9 @@ ResonatorSet::ResonatorSet(std::shared_ptr<const ModalModel> ofModel, const Synt
     const double sampleRate = settings.sampleRate;
     const double inModelsMedium = model->modes[mode].radiation.decayRate;
     // In a dense medium a mode would lose more than all that it has: it is damped as far as counts.
-    const double wanted = model->modes[mode].decayRate + (thinner - 1.0) * inModelsMedium;
-    const double decay = std::min(wanted, kMostDamping * omega);
+    const double own = model->modes[mode].decayRate;
+    const double wanted = own + (thinner - 1.0) * inModelsMedium;
+    const double decay = std::min(wanted, std::max(own, kMostDamping * omega));
     radiated[mode] = std::clamp(thinner * inModelsMedium - (wanted - decay), 0.0, decay);
     pole[mode] = {-decay, std::sqrt((omega - decay) * (omega + decay))};
     const TwoPole two = TwoPole::of(pole[mode].imag(), decay, sampleRate);

@@ -183,7 +183,7 @@ Status RunReader::readHostParts() {
       Result<HostWorld> world = decodedWorld(part->bytes);
       if (!world) return fault("it " + world.error().message);
       host_->world = *std::move(world);
-      if (const Status put = putBack(std::move(pieces), host_->world); !put)
+      if (const Status put = putBack(pieces, host_->world); !put)
         return fault("it " + put.error().message);
       return std::monostate{};
     }
