@@ -37,9 +37,11 @@ inline ObjectIdentity identityOf(const btCollisionObject& object) {
 inline ObjectIdentity identify(btCollisionObject& object) {
   static std::atomic<std::uintptr_t> marks = 0;
   constexpr std::uintptr_t kOdd = 1;  // no pointer to anything is
-  if (object.internalGetExtensionPointer() == nullptr)
-    object.internalSetExtensionPointer(reinterpret_cast<void*>(
-        2 * marks.fetch_add(1) + kOdd));  // NOLINT(performance-no-int-to-ptr)
+  if (object.internalGetExtensionPointer() == nullptr) {
+    const std::uintptr_t number = 2 * marks.fetch_add(1) + kOdd;
+    // NOLINTNEXTLINE(performance-no-int-to-ptr): it is a number, in a field for pointers
+    object.internalSetExtensionPointer(reinterpret_cast<void*>(number));
+  }
   return identityOf(object);
 }
 
