@@ -129,7 +129,7 @@ Status FitCommand::checkOptions() const {
     return Error{
         "--free scale: Young's modulus and size change all frequencies alike; expected --material, "
         "whose modulus is kept then"};
-  if (const Status valid =
+  if (Status valid =
           refuseStandardOutput(output_, "--output", "a fit is several files; expected a folder");
       !valid)
     return valid;
@@ -144,6 +144,7 @@ Status FitCommand::checkKept() const {
   std::vector<fs::path> read(taps_.begin(), taps_.end());
   read.insert(read.end(), {mesh_, material_});
   std::vector<WrittenFile> written;
+  written.reserve(kFitFiles.size());
   for (const char* const name : kFitFiles)
     written.push_back({"--output", fs::path(output_) / name});
   return command::checkKept(written, read);

@@ -190,18 +190,21 @@ std::vector<WrittenFile> JelloCommand::written() const {
 Status JelloCommand::checkOutputs() const {
   for (const auto& [option, name] :
        {std::pair{"--trajectory", trajectory_}, {"--energy", energy_}, {"--modes", modes_}})
-    if (const Status valid = refuseStandardOutput(name, option, "expected the name of a file");
-        !valid)
+    if (Status valid = refuseStandardOutput(name, option, "expected the name of a file"); !valid)
       return valid;
   if (output_ == kStandardOutput && run_.keepPartial)
     return Error{"--keep-partial: standard output has no name; expected -o FILE.wav"};
   const std::vector<WrittenFile> outputs = written();
   if (Status kept = checkKept(outputs, {world_}); !kept) return kept;
   for (const auto& [option, file] : outputs)
-    for (const auto& [otherOption, other] : outputs)
-      if (option != otherOption && !file.empty() && !other.empty() && isSameFile(file, other))
-        return Error{option + ": " + file.string() + " is that of " + otherOption +
-                     ", too; expected names that differ"};
+    for (const auto& [otherOption, other] : outputs) {
+      if (option == otherOption || file.empty() || other.empty()) continue;
+      if (!isSameFile(file, other)) continue;
+      std::ostringstream text;
+      text << option << ": " << file.string() << " is that of " << otherOption
+           << ", too; expected names that differ";
+      return Error{text.str()};
+    }
   if (!output_.empty() && !isWavName(output_))
     return Error{"--output: '" + output_ + "' is not the name of a WAV file; expected FILE.wav"};
   if (step_ > 0.0 && integrator_ == kAuto)
