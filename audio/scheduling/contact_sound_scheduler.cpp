@@ -259,13 +259,9 @@ void ContactSoundScheduler::damp(const ContactState& contact, const SampleShift&
   const double rate = settings_.sampleRate;
   if (!isFinite || settings_.contactLoss == 0.0 || !(std::abs(contact.time) * rate < kExactSamples))
     return;
-  const auto mayRing = [this](BodyId id) {
-    const SoundingBody* const body = bodies_.find(id);
-    return body != nullptr && body->modes != nullptr;
-  };
-  if (!mayRing(contact.body) && !mayRing(contact.other)) return;
-  // What damps a ring is heard when the ring is. Banks of all channels take it at once, so that the
-  // nearest listener counts.
+  if (!rings(contact)) return;
+  // A contact's damping is heard as late as the ring that it damps. The banks of all channels take
+  // it at once, so that the way to the nearest listener counts.
   const double way = listeners_.nearestDistance(contact.time, contact.position);
   const double delay =
       std::isfinite(way) ? std::min(way / settings_.medium.speedOfSound, kLongestDelay) : 0.0;
@@ -328,8 +324,11 @@ void ContactSoundScheduler::updateSlide(const ContactState& contact, const Sampl
 }
 
 bool ContactSoundScheduler::rings(const ContactState& contact) const {
-  return bodies_.find(contact.body)->modes != nullptr ||
-         bodies_.find(contact.other)->modes != nullptr;
+  const auto rings = [this](BodyId id) {
+    const SoundingBody* const body = bodies_.find(id);
+    return body != nullptr && body->modes != nullptr;
+  };
+  return rings(contact.body) || rings(contact.other);
 }
 
 /// Schedules a step of a contact as much as it is heard.

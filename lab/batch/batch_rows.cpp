@@ -129,7 +129,7 @@ Result<BatchRows> readRows(const BatchPlan& plan) {
   if (failed)
     return Error{folder.string() + ": cannot be read: " + failed.message() +
                  "; expected the folder of a batch"};
-  // What was told later counts, of whichever machine and process it is.
+  // Of several rows of one branch, that of the run which began last counts, on whichever machine.
   std::ranges::sort(files, {}, [](const fs::path& file) { return std::pair(beginOf(file), file); });
   BatchRows rows;
   for (const fs::path& file : files) {

@@ -355,10 +355,15 @@ void WorldSession::take(BodyId id, KnownBody& known, const SoundBody& body) {
   if (!accepted) unsolvedReason_ = accepted.error().message;
 }
 
-template <class IsWanted>
-void WorldSession::readWhere(const IsWanted& isWanted) {
+/// Forgets which shape is where: the host may have changed it since the last reading.
+void WorldSession::beginReading() {
   reader_.beginReading();
   forms_.beginReading();
+}
+
+template <class IsWanted>
+void WorldSession::readWhere(const IsWanted& isWanted) {
+  beginReading();
   const auto& objects = world_.getCollisionObjectArray();
   for (int i = 0; i < objects.size(); ++i) {
     if (!isWanted(*objects[i])) continue;
@@ -379,8 +384,7 @@ void WorldSession::readWithIndex(UserIndex userIndex) {
 
 void WorldSession::readNew() {
   if (!hasWorld()) return;
-  reader_.beginReading();
-  forms_.beginReading();
+  beginReading();
   const auto& objects = world_.getCollisionObjectArray();
   for (int i = 0; i < objects.size(); ++i) {
     const Result<BodyId> id = bridge_->bodyId(*objects[i]);
@@ -453,8 +457,7 @@ Status WorldSession::assign(const btCollisionObject& object, const BodySound& so
   if (!isSameObject(unseen.identity, identity, true)) unseen.assigned = {};
   unseen.identity = identity;
   merge(unseen.assigned, *checked);
-  reader_.beginReading();
-  forms_.beginReading();
+  beginReading();
   if (const Result<BodyId> id = bridge_->bodyId(object)) read(*id, object);
   return std::monostate{};
 }
@@ -483,8 +486,7 @@ Status WorldSession::unassign(const btCollisionObject& object) {
   unseen_.erase(&object);
   if (const Result<BodyId> id = bridge_->bodyId(object)) {
     known_[*id].assigned = {};
-    reader_.beginReading();
-    forms_.beginReading();
+    beginReading();
     read(*id, object);
   }
   return std::monostate{};

@@ -109,6 +109,7 @@ class WorldSession final : public SoundSession {
   bool isRead(BodyId id) const { return id < isRead_.size() && isRead_[id]; }
   bool isSilent(BodyId id) const { return id < isSilent_.size() && isSilent_[id]; }
   Status requirePresent(const btCollisionObject& object) const;
+  void beginReading();
   template <class IsWanted>
   void readWhere(const IsWanted& isWanted);
   void readWithShape(const btCollisionShape& shape);

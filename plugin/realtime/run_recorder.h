@@ -34,7 +34,7 @@ class RunRecorder {
 
   /// The error that has ended it.
   const std::optional<Error>& failure() const { return failure_; }
-  /// What it leaves out, if there is more than a run can have.
+  /// The sentence for the host on bodies that are left out, if there are more than a run can have.
   const std::optional<Error>& lack() const { return lack_; }
   double seconds() const { return time_ + shift_; }  ///< s, clock of the run
 

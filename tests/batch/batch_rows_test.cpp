@@ -79,7 +79,8 @@ TEST_F(BatchRowsTest, AFailureOfAllBranchesIsOverWhenAllOfThemAreMade) {
   log({rowOf(0, "a"), rowOf(0, "b"), rowOf(1, "a")});
   EXPECT_THAT(done(), ElementsAre(true, true, false));
   EXPECT_EQ(readRows(plan_)->failures.size(), 1U);
-  // What was made and is lost is to be made again, whatever had failed before.
+  // Samples whose files are lost are to be made again, though they had failed before they were
+  // made.
   fs::remove(plan_.folder / sampleFile(0, "a", ".wav"));
   fs::remove(plan_.folder / sampleFile(1, "a", ".wav"));
   EXPECT_THAT(done(), ElementsAre(false, false, false));
