@@ -78,8 +78,8 @@ ContactSoundScheduler::ContactSoundScheduler(std::shared_ptr<const SoundPaths> p
                      settings_.comparison.sampling == Sampling::bandLimited) {}
 
 void ContactSoundScheduler::removeBody(BodyId id) {
-  for (const BodyId damped : exciter_.forgetContacts(id)) {
-    const SoundingBody* const body = bodies_.find(damped);
+  for (const ModalExciter::Damped& damped : exciter_.forgetContacts(id)) {
+    const SoundingBody* const body = bodies_.find(damped.body);
     if (body != nullptr && body->modes != nullptr)
       released_.emplace_back(damped, body->modes->resonators);
   }
@@ -228,14 +228,27 @@ ContactSource ContactSoundScheduler::sourceOf(const ImpulseEvent& event, const S
 /// Schedules that bodies ring freely again of which what has damped them has been removed, or which
 /// have been removed themselves.
 void ContactSoundScheduler::undampReleased(double time, const SampleShift& shift, SoundSink& sink) {
-  const double rate = settings_.sampleRate;
-  if (!(std::abs(time) * rate < kExactSamples)) return;
-  const std::int64_t sample = shifted(samplesOf(time, 0.0, rate), shift).whole;
-  for (const auto& [body, modes] : std::exchange(released_, {})) {
-    exciter_.undamp(body, *modes, sample);
-    if (bodies_.find(body) != nullptr) coupled_.damp(body, time, exciter_.addedDamping(body));
+  for (const auto& [damped, modes] : std::exchange(released_, {})) {
+    const std::optional<std::int64_t> sample = dampedFrom(time, damped.place, shift);
+    if (!sample) continue;
+    exciter_.undamp(damped.body, *modes, *sample);
+    if (bodies_.find(damped.body) != nullptr)
+      coupled_.damp(damped.body, time, exciter_.addedDamping(damped.body));
     sink.add({.excitations = exciter_.excitations(), .taps = exciter_.taps()});
   }
+}
+
+/// Returns the sample from which on what touches a body at a place (m) is heard in its ring; none
+/// if it is beyond the clock. A damping is heard as late as the ring that it damps. The banks of
+/// all channels take it at once, so that the way to the nearest listener counts.
+std::optional<std::int64_t> ContactSoundScheduler::dampedFrom(double time, const Vec3& place,
+                                                              const SampleShift& shift) {
+  const double way = listeners_.nearestDistance(time, place);
+  const double delay =
+      std::isfinite(way) ? std::min(way / settings_.medium.speedOfSound, kLongestDelay) : 0.0;
+  const double rate = settings_.sampleRate;
+  if (!((std::abs(time) + delay) * rate < kExactSamples)) return std::nullopt;
+  return shifted(samplesOf(time, delay, rate), shift).whole;
 }
 
 void ContactSoundScheduler::updateContact(const ContactState& contact, const SampleShift& shift,
@@ -256,19 +269,11 @@ void ContactSoundScheduler::damp(const ContactState& contact, const SampleShift&
   if (!bodies_.anyModes()) return;  // quickly, as worlds have many contacts
   const bool isFinite = std::isfinite(contact.time) && contact.pathStart.allFinite() &&
                         contact.otherPathStart.allFinite() && contact.normalLoad >= 0.0;
-  const double rate = settings_.sampleRate;
-  if (!isFinite || settings_.contactLoss == 0.0 || !(std::abs(contact.time) * rate < kExactSamples))
-    return;
-  if (!rings(contact)) return;
-  // A contact's damping is heard as late as the ring that it damps. The banks of all channels take
-  // it at once, so that the way to the nearest listener counts.
-  const double way = listeners_.nearestDistance(contact.time, contact.position);
-  const double delay =
-      std::isfinite(way) ? std::min(way / settings_.medium.speedOfSound, kLongestDelay) : 0.0;
-  if (!(std::abs(contact.time + delay) * rate < kExactSamples)) return;
-  const std::int64_t sample = shifted(samplesOf(contact.time, delay, rate), shift).whole;
+  if (!isFinite || settings_.contactLoss == 0.0 || !rings(contact)) return;
+  const std::optional<std::int64_t> sample = dampedFrom(contact.time, contact.position, shift);
+  if (!sample) return;
   for (const bool first : {true, false})
-    if (updateModes(contact, first, sample)) {
+    if (updateModes(contact, first, *sample)) {
       const BodyId body = first ? contact.body : contact.other;
       coupled_.damp(body, contact.time, exciter_.addedDamping(body));
       sink.add({.excitations = exciter_.excitations(), .taps = exciter_.taps()});
@@ -292,7 +297,8 @@ bool ContactSoundScheduler::updateModes(const ContactState& contact, bool first,
       {.body = id,
        .other = otherId,
        .point = point + body->sound.modalOrigin.value_or(model.centreOfMass),
-       .stiffness = stiffness},
+       .stiffness = stiffness,
+       .place = contact.position},
       *body->modes, sample);
 }
 

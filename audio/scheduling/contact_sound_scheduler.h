@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -123,6 +124,7 @@ class ContactSoundScheduler {
   ContactSource sourceOf(const ImpulseEvent& event, const SoundingBody& body, double rings = 1.0);
   const CoupledImpacts::Course* courseOf(const ImpulseEvent& event);
   void damp(const ContactState& contact, const SampleShift& shift, SoundSink& sink);
+  std::optional<std::int64_t> dampedFrom(double time, const Vec3& place, const SampleShift& shift);
   void undampReleased(double time, const SampleShift& shift, SoundSink& sink);
   bool updateModes(const ContactState& contact, bool first, std::int64_t sample);
   void updateSlide(const ContactState& contact, const SampleShift& shift, SoundSink& sink);
@@ -150,7 +152,7 @@ class ContactSoundScheduler {
   HeardClicks heardClicks_;
   bool choosesSlides_;
   /// Bodies that what is gone has damped, and their modes: they ring freely from the next sound on.
-  std::vector<std::pair<BodyId, const ResonatorSet*>> released_;
+  std::vector<std::pair<ModalExciter::Damped, const ResonatorSet*>> released_;
   SynthCounters counters_;
 };
 

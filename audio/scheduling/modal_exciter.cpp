@@ -358,19 +358,19 @@ bool ModalExciter::updateContact(const DampingContact& contact, const Source& so
                        !(ratio > 1.0 / kNewStiffness && ratio < kNewStiffness) ||
                        (contact.point - now.point).norm() > kMoved * source.radius;
     if (!isNew) return false;
-    now = {source.resonators, contact.stiffness, contact.point,
+    now = {source.resonators, contact.stiffness, contact.point, contact.place,
            ratesOf(contact, source, paths_->settings.contactLoss)};
   }
   addDamping(contact.body, *source.resonators, first);
   return true;
 }
 
-std::vector<BodyId> ModalExciter::forgetContacts(BodyId body) {
-  std::vector<BodyId> damped;
+std::vector<ModalExciter::Damped> ModalExciter::forgetContacts(BodyId body) {
+  std::vector<Damped> damped;
   std::erase_if(dampers_, [&](const auto& entry) {
     const auto [one, other] = entry.first;
     if (one != body && other != body) return false;
-    if (damped.empty() || damped.back() != one) damped.push_back(one);
+    if (damped.empty() || damped.back().body != one) damped.push_back({one, entry.second.place});
     return true;
   });
   return damped;
@@ -395,8 +395,10 @@ std::span<const double> ModalExciter::addedDamping(BodyId body) {
 }
 
 void ModalExciter::addDamping(BodyId body, const ResonatorSet& set, std::int64_t first) {
+  std::int64_t& last = lastChanges_.try_emplace(body, first).first->second;
+  last = std::max(last, first);
   ModalExcitation excitation;
-  excitation.drive.first = first;
+  excitation.drive.first = last;
   excitation.body = body;
   excitation.resonators = &set;
   excitation.count = set.padded;

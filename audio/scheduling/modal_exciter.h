@@ -125,15 +125,25 @@ class ModalExciter {
     BodyId other = 0;
     Vec3 point = Vec3::Zero();  ///< m, model frame
     double stiffness = 0.0;     ///< N/m; 0: the contact has ended
+    Vec3 place = Vec3::Zero();  ///< m, world frame
   };
-  /// Makes the change of damping that follows, from `first` (sample of the clock) on, the only
-  /// excitation. Returns false if there is no change that counts.
+  /// Makes the change of damping that follows the only excitation, from `first` (sample of the
+  /// clock) on, but not before the body's last change, which may have come a longer way. Returns
+  /// false if there is no change that counts.
   bool updateContact(const DampingContact& contact, const Source& source, std::int64_t first);
+  /// A body that a contact has damped, and where (m, world frame) that was.
+  struct Damped {
+    BodyId body = 0;
+    Vec3 place = Vec3::Zero();
+  };
   /// Forgets the contacts of a body. Returns the bodies that they have damped, as they still are
   /// until `undamp`.
-  std::vector<BodyId> forgetContacts(BodyId body);
+  std::vector<Damped> forgetContacts(BodyId body);
   /// Forgets all contacts, for sound that begins anew.
-  void forgetContacts() { dampers_.clear(); }
+  void forgetContacts() {
+    dampers_.clear();
+    lastChanges_.clear();
+  }
   /// Makes the damping of a body by the contacts that it has now, from `first` on, the only
   /// excitation.
   void undamp(BodyId body, const ResonatorSet& set, std::int64_t first);
@@ -185,11 +195,13 @@ class ModalExciter {
     const ResonatorSet* modes = nullptr;  // of which `rates` are
     double stiffness = 0.0;
     Vec3 point = Vec3::Zero();
+    Vec3 place = Vec3::Zero();
     std::vector<double> rates;  // 1/s, one for each mode
   };
   std::map<std::pair<BodyId, BodyId>, Damper> dampers_;
-  std::vector<double> added_;     // 1/s, by mode: addedDamping
-  std::vector<double> response_;  // response of an ear
+  std::unordered_map<BodyId, std::int64_t> lastChanges_;  // sample of each body's last damping
+  std::vector<double> added_;                             // 1/s, by mode: addedDamping
+  std::vector<double> response_;                          // response of an ear
 
   // The state of the current event.
   BodyId body_ = 0;

@@ -36,9 +36,9 @@ void putOnGrid(Numbers& numbers, int power) {
 
 // Powers of two of what a step of a contact tells: the way of a contact point over a body to 30 nm,
 // half of the last digit that Bullet's own floats have at 1 m, as the sound is in its differences;
-// other places to 1 and 8 um, directions to 4e-6. What damps rings so stays 120 dB below them.
+// so too the point itself, as the way from there tells the sample from which on it damps a ring;
+// other places to 8 um, directions to 4e-6. What damps rings so stays 120 dB below them.
 constexpr int kContactPath = -25;
-constexpr int kContactPoint = -20;
 constexpr int kContactBody = -17;
 constexpr int kContactDirection = -18;
 // Digits: of loads, which damp modes (-156 dB), of impulses, of which the direction counts, and of
@@ -54,7 +54,7 @@ void roundMoving(ContactState& contact) {
   for (Vec3* const place :
        {&contact.pathStart, &contact.pathEnd, &contact.otherPathStart, &contact.otherPathEnd})
     putOnGrid(*place, kContactPath);
-  putOnGrid(contact.position, kContactPoint);
+  putOnGrid(contact.position, kContactPath);
   putOnGrid(contact.bodyPosition, kContactBody);
   putOnGrid(contact.otherPosition, kContactBody);
   putOnGrid(contact.normal, kContactDirection);
@@ -66,8 +66,8 @@ void roundMoving(ContactState& contact) {
   contact.rollingVelocity.setZero();
 }
 
-/// Leaves of a contact that is too slow to sound how hard it presses and where: it only damps
-/// modes. The rest repeats the step before, which packs to nothing.
+/// Leaves of a contact that is too slow to sound how hard it presses, and where on the bodies and
+/// in the world: it only damps modes. The rest repeats the step before, which packs to nothing.
 void roundResting(ContactState& contact, const ContactState& before) {
   ContactState resting = before;
   resting.time = contact.time;
@@ -78,6 +78,8 @@ void roundResting(ContactState& contact, const ContactState& before) {
   resting.normalLoad = contact.normalLoad;
   resting.radius = contact.radius;
   resting.otherRadius = contact.otherRadius;
+  resting.position = contact.position;
+  putOnGrid(resting.position, kContactPath);
   resting.pathStart = contact.pathStart;
   resting.otherPathStart = contact.otherPathStart;
   putOnGrid(resting.pathStart, kContactPath);

@@ -302,6 +302,33 @@ TEST(SynthRing, ADampingIsHeardAsLateAsTheRing) {
   EXPECT_GT(decayBetween(heard, 0.41, 0.6), 8.0);
 }
 
+// Of two that touch the body, the one that comes second is nearer to the ear by 0.1 s: the change
+// that is under way from the first one does not end what the second has begun.
+TEST(SynthRing, TheLastOfTwoDampingsStays) {
+  SynthSettings settings;
+  settings.contactLoss = 0.05;
+  Synth synth = floorRings(dropOnBox(0.01), {{1000.0, 3.0, 1.0}}, settings);
+  constexpr BodyId kLid = 7;
+  ASSERT_TRUE(synth.setBody(kLid, dropOnBox(0.0).ball()));
+  synth.schedule(floorShare(dropOnBox(0.01)));
+  ContactState contact;
+  contact.other = kFloor;
+  contact.normal = Vec3::UnitZ();
+  contact.otherPathStart = contact.otherPathEnd = Vec3(0.0, 0.0, 0.01);
+  contact.duration = 1e-3;
+  contact.body = kBall;
+  contact.time = 0.1;
+  contact.normalLoad = 1e-12;
+  contact.position = {0.0, 0.0, -0.1 * settings.medium.speedOfSound};
+  synth.updateContact(contact);
+  contact.body = kLid;
+  contact.time = 0.11;
+  contact.normalLoad = 1e-4;
+  contact.position.setZero();
+  synth.updateContact(contact);
+  EXPECT_GT(decayBetween(renderMono(synth, 24000), 0.25, 0.4), 8.0);
+}
+
 TEST(SynthRing, WhatRestedOnItIsRemovedAndItRingsFreely) {
   const auto decayAfter = [](bool isRemoved) {
     SynthSettings settings;

@@ -189,6 +189,20 @@ TEST(PageSounds, AreAsLoud) {
   }
 }
 
+TEST(PageSounds, RingAsLongAsTheyDo) {
+  // What lies on a plate damps it: how hard it presses and where counts, which a page rounds.
+  const ViewRun view = viewOf(sceneOf("glass_and_plate", 1.5));
+  RunPlayer exact = playerOf(view.run);
+  RunPlayer ofPage = playerOf(pageSound(view.run));
+  for (const Vec3& place : {Vec3(0.3, 0.4, 0.9), Vec3(-1.5, 0.8, -0.7)}) {
+    for (RunPlayer* const player : {&exact, &ofPage}) {
+      ASSERT_TRUE(player->placeEar({0.0, place, Quat::Identity()}));
+      ASSERT_TRUE(player->seek({}));
+    }
+    EXPECT_LT(difference(played(ofPage, 72000), played(exact, 72000)), -120.0);
+  }
+}
+
 class PlayedMarbles : public testing::Test {
  protected:
   const Scene scene_ = sceneOf("marbles_in_a_box", 1.0);

@@ -128,8 +128,10 @@ class Sound:
     def __enter__(self) -> "Sound":
         return self
 
-    def __exit__(self, *_) -> None:
-        self.close()
+    def __exit__(self, kind, *_) -> None:
+        # What goes wrong in the block says more than what cannot be finished because of it.
+        with contextlib.suppress(*(() if kind is None else (CaromError,))):
+            self.close()
 
     def close(self) -> None:
         """Finishes a recording, and ends the sound; says where the recording cannot be finished. The

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -485,6 +486,42 @@ TEST(ContactListener, BallThatWasPutThereHitsAtThatMoment) {
   ASSERT_EQ(events.size(), 2U);
   EXPECT_EQ(events[0].time, now);
   EXPECT_NEAR(events[0].approachSpeed, 1.0, 1e-12);
+}
+
+// A body that cannot move is told of once; where it is stays known.
+TEST(ContactListener, AFixedBallIsWhereItWasAfterThePastIsForgotten) {
+  Told told;
+  const Vec3 place(3.0, 0.0, 1.0);
+  ContactBody fixed = ball();
+  fixed.mass = std::numeric_limits<double>::infinity();
+  told.listener.setBody(kOtherBall, fixed);
+  told.begin();
+  told.listener.state(kOtherBall, {.position = place});
+  told.finish();
+  told.listener.forgetPast();
+  Falling falling{{.position = place + (2.0 * kRadius + 0.05) * kUp}};
+  std::vector<ImpulseEvent> events;
+  for (int step = 0; step < 100 && events.empty(); ++step) {
+    told.begin();
+    told.listener.state(kBall, falling.state);
+    const double gap = (falling.state.position - place).z() - 2.0 * kRadius;
+    std::vector<TouchPoint> points;
+    if (gap < 0.0)
+      points.push_back({.body = kBall,
+                        .other = kOtherBall,
+                        .positionOnBody = falling.state.position - kRadius * kUp,
+                        .positionOnOther = place + kRadius * kUp,
+                        .normal = kUp,
+                        .distance = gap,
+                        .impulse = 1.0});
+    events = told.finish(points);
+    falling.step();
+  }
+  ASSERT_EQ(events.size(), 2U);
+  EXPECT_NEAR(events[0].approachSpeed, touchSpeed(0.05), 1e-9);
+  EXPECT_NEAR((events[0].normal - kUp).norm(), 0.0, 1e-9);
+  EXPECT_NEAR((events[0].position - place - kRadius * kUp).norm(), 0.0, 1e-6);
+  EXPECT_EQ(events[0].otherPosition, place);
 }
 
 TEST(ContactListener, WhatHangsInTheAirIsHeld) {
