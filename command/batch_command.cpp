@@ -404,6 +404,9 @@ int BatchCommand::repeat() const {
           refuseStandardOutput(output_, "--output", "a sample may have stems; expected FILE.wav");
       !valid)
     return fail(kBadInput, valid.error().message);
+  if (!isWavName(output_))
+    return fail(kBadInput,
+                "--output: '" + output_ + "' is not the name of a WAV file; expected FILE.wav");
   if (const Status kept =
           checkKept({{"--output", output_}}, {std::filesystem::path(input_) / "plan.json"});
       !kept)

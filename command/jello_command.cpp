@@ -265,9 +265,7 @@ Result<Scene> JelloCommand::readScene() const {
 }
 
 /// Writes the modal model of the lattice alone, without what is around it.
-int JelloCommand::writeModes(const Scene& scene) const {
-  capMemory(run_.limits().memory);
-  ResourceWatch watch(run_.limits());
+int JelloCommand::writeModes(const Scene& scene, ResourceWatch& watch) const {
   std::string limit;
   ProgressBar bar("modes of jello");
   const Result<ModalModel> model = jelloModalModel(
@@ -321,15 +319,19 @@ int JelloCommand::run() const {
   if (!scene) return fail(kBadInput, scene.error().message);
   if (const Status kept = checkKept(written(), scene->files); !kept)
     return fail(kBadInput, kept.error().message);
+  RunLimits limits = run_.limits();
+  capMemory(limits.memory);
+  ResourceWatch watch(limits);
   if (!modes_.empty())
-    if (const int code = writeModes(*scene); code != kDone) return code;
-  return runScene(*scene, *target);
+    if (const int code = writeModes(*scene, watch); code != kDone) return code;
+  limits.spent = watch.seconds();
+  return runScene(*scene, *target, limits);
 }
 
-int JelloCommand::runScene(const Scene& scene, const OutputTarget& target) const {
+int JelloCommand::runScene(const Scene& scene, const OutputTarget& target,
+                           const RunLimits& limits) const {
   ProgressBar bar("jello " + std::filesystem::path(world_).filename().string());
-  capMemory(run_.limits().memory);
-  RunGuard guard(scene, run_.limits());
+  RunGuard guard(scene, limits);
   if (const std::string why = lab::longRunWarning(lab::estimateRun(scene)); !why.empty())
     warn(world_ + ": " + why);
   IncompleteNames names(run_.keepPartial);

@@ -37,10 +37,10 @@ class JelloCommand {
   std::vector<WrittenFile> written() const;
   Status checkOutputs() const;
   void applyStepping(JelloShape& jello) const;
-  int writeModes(const Scene& scene) const;
+  int writeModes(const Scene& scene, ResourceWatch& watch) const;
   JelloOptions optionsFor(RunGuard& guard, ProgressBar& bar, const std::string& sound,
                           IncompleteNames& names) const;
-  int runScene(const Scene& scene, const OutputTarget& target) const;
+  int runScene(const Scene& scene, const OutputTarget& target, const RunLimits& limits) const;
 
   CLI::App* command_;
   std::string world_;

@@ -26,9 +26,9 @@ namespace {
 /// Says that no case has such an id, and lists all ids.
 std::string noCaseMessage(const std::string& pattern, const std::vector<StabilityCase>& cases) {
   std::ostringstream text;
-  text << "--only: no case has '" << pattern << "' in its name; expected a part of one of";
-  for (const StabilityCase& item : cases)
-    text << "\n  " << item.id;
+  text << "--only: no case has '" << pattern << "' in its name; expected a part of ";
+  for (std::size_t at = 0; at < cases.size(); ++at)
+    text << (at == 0 ? "" : at + 1 == cases.size() ? " or " : ", ") << cases[at].id;
   return text.str();
 }
 

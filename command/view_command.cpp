@@ -111,6 +111,8 @@ MadeView make(const Wanted& wanted, bool isConfined, const RunLimits& limits) {
                       ? readView(wanted.file, isConfined, limits)
                       : runWanted(wanted, isConfined, limits);
   if (auto* const view = std::get_if<ViewRun>(&made)) {
+    if (const Status kept = checkKept({wanted.output}, view->scene.files); !kept)
+      return NoView{fail(kBadInput, kept.error().message)};
     view->id = wanted.id;
     view->label = wanted.label;
   }
@@ -235,7 +237,11 @@ int ViewCommand::run() const {
     return fail(kBadInput, "--compare: expected one scene; several files are compared as they are");
   const auto pageTemplate = findTemplate(template_, pageFolders());
   if (!pageTemplate) return fail(kFailed, pageTemplate.error().message);
-  capMemory(run_.limits().memory);
+  if (const Status kept = checkKept({{"--output", output}}, {*pageTemplate}); !kept)
+    return fail(kBadInput, kept.error().message);
+  RunLimits limits = run_.limits();
+  capMemory(limits.memory);
+  const ResourceWatch watch(limits);
 
   std::vector<Wanted> wanted;
   for (std::size_t index = 0; index < inputs_.size(); ++index) {
@@ -274,7 +280,8 @@ int ViewCommand::run() const {
   if (!page) return fail(kFailed, page.error().message);
   if (const Status head = addDefaultHead(*page); !head) return fail(kFailed, head.error().message);
   for (const Wanted& one : wanted) {
-    const MadeView made = make(one, confine_, run_.limits());
+    limits.spent = watch.seconds();
+    const MadeView made = make(one, confine_, limits);
     if (const auto* none = std::get_if<NoView>(&made)) return none->code;
     const Result<bool> added = page->add(std::get<ViewRun>(made));
     if (!added) return fail(kFailed, added.error().message);

@@ -303,17 +303,24 @@ bool isPath(const std::vector<ListenerPose>& path) {
 
 }  // namespace
 
+/// Returns the number that an object has; 0 if it has none yet. Another may have come to the
+/// address of one that is gone; what nobody owns, as it is static, stays.
+std::uint32_t HostEncoder::numberOf(const std::shared_ptr<const void>& object) const {
+  const auto found = known_.find(object.get());
+  if (found == known_.end()) return 0;
+  const Known& known = found->second;
+  const bool isGone = known.isOwned ? known.object.expired() : object.use_count() > 0;
+  return isGone ? 0 : known.number;
+}
+
 template <class Object, class Encode>
 std::uint32_t HostEncoder::place(const std::shared_ptr<const Object>& object,
                                  const Encode& encode) {
   if (object == nullptr) return 0;
-  Known& known = known_[object.get()];
-  // Another may have come to the address of one that is gone.
-  if (known.number == 0 || known.object.expired()) {
-    known = {object, ++count_};
-    records_.push_back(encode(*object));
-  }
-  return known.number;
+  if (const std::uint32_t number = numberOf(object)) return number;
+  known_[object.get()] = {object, object.use_count() > 0, ++count_};
+  records_.push_back(encode(*object));
+  return count_;
 }
 
 Status HostEncoder::add(const HostBody& body, std::vector<std::byte>& bytes) {
@@ -345,7 +352,8 @@ Status HostEncoder::add(const HostBody& body, std::vector<std::byte>& bytes) {
   number(RecordKind::mesh) = place(body.form.mesh, [](const SurfaceMesh& mesh) {
     return recordOf(RecordKind::mesh, [&](auto& writer) { codeSurface(writer, mesh); });
   });
-  if (sound.modal != nullptr && !known_.contains(sound.modal.get())) {
+  number(RecordKind::modal) = numberOf(sound.modal);
+  if (sound.modal != nullptr && number(RecordKind::modal) == 0) {
     const Result<std::vector<std::byte>> model = encodedModalModel(*sound.modal);
     if (!model) return model.error();
     number(RecordKind::modal) = place(sound.modal, [&model](const ModalModel&) {
@@ -353,8 +361,6 @@ Status HostEncoder::add(const HostBody& body, std::vector<std::byte>& bytes) {
       whole.insert(whole.end(), model->begin(), model->end());
       return whole;
     });
-  } else if (sound.modal != nullptr) {
-    number(RecordKind::modal) = known_.at(sound.modal.get()).number;
   }
   records_.push_back(
       recordOf(RecordKind::body, [&](auto& writer) { codeRecord(writer, std::as_const(record)); }));

@@ -62,11 +62,13 @@ class HostEncoder {
   Status add(const HostBody& body, std::vector<std::byte>& bytes);
 
  private:
+  std::uint32_t numberOf(const std::shared_ptr<const void>& object) const;
   template <class Object, class Encode>
   std::uint32_t place(const std::shared_ptr<const Object>& object, const Encode& encode);
 
   struct Known {
     std::weak_ptr<const void> object;
+    bool isOwned = false;      // by anybody: it may go
     std::uint32_t number = 0;  // from 1 on
   };
   std::map<const void*, Known> known_;

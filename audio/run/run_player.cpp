@@ -5,6 +5,8 @@
 #include <iterator>
 #include <limits>
 
+#include "audio/run/open_contacts.h"
+
 namespace carom::audio {
 namespace {
 
@@ -190,6 +192,7 @@ Status RunPlayer::seek(const Start& start) {
   isMoved_ = hasMoved_ = false;
   known_.clear();
   next_ = nextBodies_ = 0;
+  isRinging_.assign(run_.world.bodies, false);
   settled_ = 0.0;
   bringBodies(firstEvent_);
   synth_->advanceTo(clock);
@@ -267,6 +270,7 @@ void RunPlayer::addStates(const RunPortion& portion) {
 void RunPlayer::setBodies(const PlayableRun::Bodies& bodies) {
   for (const HostBody& body : bodies.bodies) {
     SoundBody sound = body.sound;
+    isRinging_[body.id] = sound.modal != nullptr;
     if (isMuted_[body.id]) sound = {.material = sound.material};
     static_cast<void>(synth_->setBody(body.id, sound));  // has been validated
   }
@@ -285,21 +289,34 @@ void RunPlayer::moveBody(const BodyPose& pose) {
   static_cast<void>(synth_->moveBody(pose.body, heard));
 }
 
+/// True if one of the bodies of a contact rings.
+bool RunPlayer::rings(const ContactState& contact) const {
+  return isRinging_[contact.body] || isRinging_[contact.other];
+}
+
 /// Sets the bodies as they are at a time (s) of the run, and takes the portions before it, of which
-/// only places, deformations and the events behind that time are used.
+/// only places, deformations, what lies on something that rings and the events behind that time are
+/// used.
 void RunPlayer::bringBodies(double time) {
   states_ = 0;
   std::vector<const BodyPose*> last(run_.world.bodies, nullptr);
+  OpenContacts open;
   for (; next_ < run_.portions.size() && run_.portions[next_].settledTime <= time; ++next_) {
+    setBodiesUpTo(next_);
     const RunPortion& portion = run_.portions[next_];
     for (const BodyPose& pose : portion.poses)
       last[pose.body] = &pose;
+    for (const ContactState& contact : portion.contacts)
+      if (rings(contact)) open.note(contact);
     if (voice_) addStates(portion);
     settled_ = portion.settledTime;
   }
   setBodiesUpTo(next_);
   for (const BodyPose* const pose : last)
     if (pose != nullptr) moveBody(*pose);
+  if (only_) return;
+  for (const ContactState& contact : open.at(time))
+    synth_->updateContact(atSpeed(contact));
 }
 
 ImpulseEvent RunPlayer::atSpeed(const ImpulseEvent& event) const {
@@ -334,8 +351,12 @@ void RunPlayer::take(std::size_t index) {
     if (told.time >= firstEvent_ && (!only_ || isOfOne(told, onlyEvent_)))
       known_.push_back(atSpeed(told));
   if (!only_)
-    for (const ContactState& contact : portion.contacts)
-      if (contact.time >= firstEvent_) synth_->updateContact(atSpeed(contact));
+    for (const ContactState& contact : portion.contacts) {
+      if (contact.time >= firstEvent_)
+        synth_->updateContact(atSpeed(contact));
+      else if (rings(contact))
+        synth_->updateContact(atSpeed(stillAt(contact, firstEvent_)));
+    }
   for (const BodyPose& pose : portion.poses)
     if (pose.pose.time <= run_.world.duration) moveBody(pose);
   if (voice_) addStates(portion);

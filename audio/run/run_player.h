@@ -115,6 +115,7 @@ class RunPlayer {
   void addStates(const RunPortion& portion);
   void setBodies(const PlayableRun::Bodies& bodies);
   void bringBodies(double time);
+  bool rings(const ContactState& contact) const;
   void runAhead(double heard);
   bool bodiesChange(std::size_t portion) const;
   void setBodiesUpTo(std::size_t portion);
@@ -154,6 +155,7 @@ class RunPlayer {
   ImpulseEvent onlyEvent_;   // a share of the only collision
   std::size_t next_ = 0;     // portion
   std::size_t nextBodies_ = 0;
+  std::vector<bool> isRinging_;             // by body, as it was set last
   double settled_ = 0.0;                    // s
   bool isWhole_ = true;                     // all stems are heard
   bool isMoved_ = false;                    // ear_ has not been told to the synth yet

@@ -233,7 +233,7 @@ void ContactSoundScheduler::undampReleased(double time, const SampleShift& shift
     if (!sample) continue;
     exciter_.undamp(damped.body, *modes, *sample);
     if (bodies_.find(damped.body) != nullptr)
-      coupled_.damp(damped.body, time, exciter_.addedDamping(damped.body));
+      coupled_.damp(damped.body, *modes, time, exciter_.addedDamping(damped.body, *modes));
     sink.add({.excitations = exciter_.excitations(), .taps = exciter_.taps()});
   }
 }
@@ -275,7 +275,8 @@ void ContactSoundScheduler::damp(const ContactState& contact, const SampleShift&
   for (const bool first : {true, false})
     if (updateModes(contact, first, *sample)) {
       const BodyId body = first ? contact.body : contact.other;
-      coupled_.damp(body, contact.time, exciter_.addedDamping(body));
+      const ResonatorSet& modes = *bodies_.find(body)->modes->resonators;
+      coupled_.damp(body, modes, contact.time, exciter_.addedDamping(body, modes));
       sink.add({.excitations = exciter_.excitations(), .taps = exciter_.taps()});
     }
 }

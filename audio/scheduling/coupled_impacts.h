@@ -32,8 +32,9 @@ class CoupledImpacts {
                          const SoundingBody& other);
 
   /// Sets what lasting contacts add to the decay rates (1/s) of a body's modes, for the books.
-  void damp(BodyId body, double time, std::span<const double> rates) {
-    rings_.damp(body, time, rates);
+  void damp(BodyId body, const ResonatorSet& resonators, double time,
+            std::span<const double> rates) {
+    rings_.damp(body, resonators, time, rates);
   }
   void forget(BodyId body) { rings_.forget(body); }  ///< one that is removed
   /// Has an impact like the last one count as another: the sound begins anew.

@@ -382,10 +382,11 @@ void ModalExciter::undamp(BodyId body, const ResonatorSet& set, std::int64_t fir
   addDamping(body, set, first);
 }
 
-std::span<const double> ModalExciter::addedDamping(BodyId body) {
+std::span<const double> ModalExciter::addedDamping(BodyId body, const ResonatorSet& set) {
   added_.clear();
   for (auto at = dampers_.lower_bound({body, 0}); at != dampers_.end(); ++at) {
     if (at->first.first != body) break;
+    if (at->second.modes != &set) continue;
     const std::vector<double>& rates = at->second.rates;
     added_.resize(std::max(added_.size(), rates.size()), 0.0);
     for (std::size_t mode = 0; mode < rates.size(); ++mode)
@@ -395,8 +396,10 @@ std::span<const double> ModalExciter::addedDamping(BodyId body) {
 }
 
 void ModalExciter::addDamping(BodyId body, const ResonatorSet& set, std::int64_t first) {
-  std::int64_t& last = lastChanges_.try_emplace(body, first).first->second;
-  last = std::max(last, first);
+  // A bank takes changes of one sample in any order: the last one has to come last.
+  const auto [change, isFirst] = lastChanges_.try_emplace(body, first);
+  std::int64_t& last = change->second;
+  if (!isFirst) last = std::max(last + 1, first);
   ModalExcitation excitation;
   excitation.drive.first = last;
   excitation.body = body;
@@ -404,10 +407,12 @@ void ModalExciter::addDamping(BodyId body, const ResonatorSet& set, std::int64_t
   excitation.count = set.padded;
   taps_.assign(2 * set.padded, 0.0);
   const double rate = paths_->settings.sampleRate;
-  const std::span<const double> added = addedDamping(body);
+  const std::span<const double> added = addedDamping(body, set);
   for (std::size_t mode = 0; mode < set.modes; ++mode) {
-    double decay = -set.pole[mode].real() + (mode < added.size() ? added[mode] : 0.0);
-    const double most = kMostDamping * set.pole[mode].imag();
+    const double free = -set.pole[mode].real();
+    double decay = free + (mode < added.size() ? added[mode] : 0.0);
+    // A mode may have lost more than that by itself.
+    const double most = std::max(free, kMostDamping * set.pole[mode].imag());
     if (!(decay < most)) decay = most;  // also where it is no number
     const TwoPole two = TwoPole::of(set.pole[mode].imag(), decay, rate);
     taps_[mode] = two.a1;

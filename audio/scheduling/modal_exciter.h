@@ -128,8 +128,8 @@ class ModalExciter {
     Vec3 place = Vec3::Zero();  ///< m, world frame
   };
   /// Makes the change of damping that follows the only excitation, from `first` (sample of the
-  /// clock) on, but not before the body's last change, which may have come a longer way. Returns
-  /// false if there is no change that counts.
+  /// clock) on, but behind the body's last change, which may have come a longer way. Returns false
+  /// if there is no change that counts.
   bool updateContact(const DampingContact& contact, const Source& source, std::int64_t first);
   /// A body that a contact has damped, and where (m, world frame) that was.
   struct Damped {
@@ -147,9 +147,9 @@ class ModalExciter {
   /// Makes the damping of a body by the contacts that it has now, from `first` on, the only
   /// excitation.
   void undamp(BodyId body, const ResonatorSet& set, std::int64_t first);
-  /// What all lasting contacts of a body add to the decay rates (1/s) of its modes, as of the last
-  /// change.
-  std::span<const double> addedDamping(BodyId body);
+  /// What all lasting contacts of a body add to the decay rates (1/s) of these modes of it, as of
+  /// the last change.
+  std::span<const double> addedDamping(BodyId body, const ResonatorSet& set);
 
   /// Upper bound in Pa of the excitations so far, for a contact of that pulse and duration (s).
   double peak(const Pulse& pulse, double duration);

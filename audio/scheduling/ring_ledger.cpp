@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 namespace carom::audio {
 
@@ -36,7 +37,8 @@ void RingLedger::add(BodyId body, const ResonatorSet& resonators, double time,
     ring.sum.absorbed += std::accumulate(ring.energies.begin(), ring.energies.end(), 0.0);
     ring.energies.assign(resonators.modes, 0.0);
     // It may have been touched before anything struck it.
-    if (ring.resonators != nullptr || ring.damping.size() != resonators.modes) ring.damping.clear();
+    ring.damping.clear();
+    if (ring.next == &resonators) std::swap(ring.damping, ring.nextDamping);
     ring.resonators = &resonators;
     ring.time = time;
     ring.sum.body = body;
@@ -47,18 +49,22 @@ void RingLedger::add(BodyId body, const ResonatorSet& resonators, double time,
   }
 }
 
-void RingLedger::damp(BodyId body, double time, std::span<const double> rates) {
+void RingLedger::damp(BodyId body, const ResonatorSet& resonators, double time,
+                      std::span<const double> rates) {
   Ring& ring = rings_[body];
-  const bool isStruck = ring.resonators != nullptr;
-  if (isStruck && !rates.empty() && ring.energies.size() != rates.size()) return;
-  if (isStruck) advance(ring, time);
-  ring.damping.assign(rates.begin(), rates.end());
+  const bool isOfRing = ring.resonators == &resonators;
+  if (isOfRing) advance(ring, time);
+  std::vector<double>& damping = isOfRing ? ring.damping : ring.nextDamping;
+  damping.assign(rates.begin(), rates.end());
+  if (!damping.empty()) damping.resize(resonators.modes, 0.0);
+  if (!isOfRing) ring.next = &resonators;
 }
 
 void RingLedger::forget(BodyId body) {
   const auto found = rings_.find(body);
   if (found == rings_.end()) return;
   Ring& ring = found->second;
+  ring.damping.clear();  // nothing touches it any more
   advance(ring, std::numeric_limits<double>::infinity());
   removed_.given += ring.sum.given;
   removed_.radiated += ring.sum.radiated;

@@ -18,11 +18,13 @@ class RingLedger {
   /// Gives the modes of a body so much energy (J, one for each resonator) at a time (s).
   void add(BodyId body, const ResonatorSet& resonators, double time,
            std::span<const double> energies);
-  /// Sets what lasting contacts add to the decay rates (1/s) of a body's modes, from `time` (s) on;
-  /// empty: nothing touches it.
-  void damp(BodyId body, double time, std::span<const double> rates);
+  /// Sets what lasting contacts add to the decay rates (1/s) of these modes of a body, from `time`
+  /// (s) on; empty: nothing touches it.
+  void damp(BodyId body, const ResonatorSet& resonators, double time,
+            std::span<const double> rates);
 
-  /// Closes the books of a body that is removed: it rings on to its end, and counts in removed().
+  /// Closes the books of a body that is removed: it rings on freely to its end, and counts in
+  /// removed().
   void forget(BodyId body);
 
   const RingEnergy& removed() const { return removed_; }  ///< sum over bodies that were removed
@@ -35,6 +37,8 @@ class RingLedger {
     double time = 0.0;                         // s, up to which the energies are known
     std::vector<double> energies;              // J, one for each mode
     std::vector<double> damping;               // 1/s, of lasting contacts; empty: none
+    const ResonatorSet* next = nullptr;        // that it will have once it is struck again
+    std::vector<double> nextDamping;           // 1/s, of these
     RingEnergy sum;                            // all but what remains
   };
   static void advance(Ring& ring, double time);

@@ -67,9 +67,10 @@ double radiusAround(const btCollisionShape& shape) {
   return static_cast<double>(radius) + toVec3(centre).norm();
 }
 
-// FNV-1a, by words.
+// FNV-1a, by words. Signs are the highest bits, which a product does not carry down.
 std::uint64_t mixed(std::uint64_t hash, std::uint64_t word) {
-  return (hash ^ word) * 1099511628211U;
+  hash = (hash ^ word) * 1099511628211U;
+  return hash ^ (hash >> 32U);
 }
 
 std::uint64_t mixed(std::uint64_t hash, const btVector3& vector) {
@@ -77,6 +78,10 @@ std::uint64_t mixed(std::uint64_t hash, const btVector3& vector) {
     hash = mixed(hash, std::bit_cast<std::uint64_t>(static_cast<double>(vector[axis])));
   return hash;
 }
+
+// Children of a compound that are looked at in each substep. Of more, the first ones count, and
+// what Bullet itself has been told of the others.
+constexpr int kMostChildren = 256;
 
 // A number that another shape at the same address, or another state of the shape, will not have.
 std::uint64_t revisionOf(const btCollisionShape& shape) {
@@ -92,8 +97,10 @@ std::uint64_t revisionOf(const btCollisionShape& shape) {
   }
   if (shape.getShapeType() != COMPOUND_SHAPE_PROXYTYPE) return 0;
   const auto& compound = static_cast<const btCompoundShape&>(shape);
-  auto hash = static_cast<std::uint64_t>(compound.getUpdateRevision());
-  for (int child = 0; child < compound.getNumChildShapes(); ++child) {
+  const int children = compound.getNumChildShapes();
+  auto hash = mixed(static_cast<std::uint64_t>(compound.getUpdateRevision()),
+                    static_cast<std::uint64_t>(children));
+  for (int child = 0; child < std::min(children, kMostChildren); ++child) {
     const btCollisionShape* const part = compound.getChildShape(child);
     const btTransform& place = compound.getChildTransform(child);
     hash = mixed(hash, std::hash<const btCollisionShape*>()(part));

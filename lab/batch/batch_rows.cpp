@@ -89,7 +89,14 @@ bool isRow(const BranchId& id, const ordered_json& line) {
   return isText("version") && isText("cpu_features") && std::ranges::all_of(kNumbers, isNumber);
 }
 
-void add(const std::string& text, const BatchPlan& plan, BatchRows& rows) {
+/// Numbers of lines in the order in which they were told.
+struct LineOrder {
+  std::size_t lines = 0;
+  std::map<BranchId, std::size_t> rows;
+  std::map<BranchId, std::size_t> failures;
+};
+
+void add(const std::string& text, const BatchPlan& plan, BatchRows& rows, LineOrder& order) {
   ordered_json line = ordered_json::parse(text, nullptr, false);
   if (!line.is_object()) return;
   const auto id = idOf(line);
@@ -97,8 +104,10 @@ void add(const std::string& text, const BatchPlan& plan, BatchRows& rows) {
   if (!id || !isOfPlan(plan, *id, isFailure)) return;
   if (isFailure) {
     rows.failures[*id] = std::move(line);
+    order.failures[*id] = ++order.lines;
   } else if (isRow(*id, line)) {
     rows.rows[*id] = std::move(line);
+    order.rows[*id] = ++order.lines;
   }
 }
 
@@ -111,6 +120,28 @@ bool hasFile(const BatchPlan& plan, const ordered_json& row, const RowFile& keys
   if (!hashed) return true;
   const Result<std::string> hash = sha256OfFile(file);
   return hash && row.value(keys.hash, "") == *hash;
+}
+
+bool hasFiles(const BatchPlan& plan, const ordered_json& row, bool hashed) {
+  return std::ranges::all_of(kRowFiles,
+                             [&](const RowFile& keys) { return hasFile(plan, row, keys, hashed); });
+}
+
+/// Drops the failures of what was made later, or is whole anyway, as two runs may make one sample.
+/// One that came after a row whose files are damaged stays: it could not be mended.
+void dropMended(const BatchPlan& plan, const LineOrder& order, BatchRows& rows) {
+  std::erase_if(rows.failures, [&](const auto& entry) {
+    const BranchId& id = entry.first;
+    const std::size_t failed = order.failures.at(id);
+    const auto isMade = [&](const std::string& branch) {
+      const auto row = order.rows.find({id.first, branch});
+      if (row == order.rows.end()) return false;
+      return row->second > failed || hasFiles(plan, rows.rows.at(row->first), true);
+    };
+    if (!id.second.empty()) return isMade(id.second);
+    return std::ranges::all_of(plan.spec.branches,
+                               [&](const BatchBranch& branch) { return isMade(branch.name); });
+  });
 }
 
 }  // namespace
@@ -132,48 +163,33 @@ Result<BatchRows> readRows(const BatchPlan& plan) {
   // Of several rows of one branch, that of the run which began last counts, on whichever machine.
   std::ranges::sort(files, {}, [](const fs::path& file) { return std::pair(beginOf(file), file); });
   BatchRows rows;
+  LineOrder order;
   for (const fs::path& file : files) {
     std::ifstream stream(file, std::ios::binary);
     for (std::string line; std::getline(stream, line);)
-      add(line, plan, rows);
+      add(line, plan, rows, order);
   }
   const auto isBeyond = [&](const auto& entry) { return entry.first.first >= plan.spec.count; };
   std::erase_if(rows.rows, isBeyond);
   std::erase_if(rows.failures, isBeyond);
-  // A branch that failed once and succeeded later is whole.
-  std::erase_if(rows.failures, [&](const auto& entry) {
-    const BranchId& id = entry.first;
-    if (!id.second.empty()) return rows.rows.contains(id);
-    return std::ranges::all_of(plan.spec.branches, [&](const BatchBranch& branch) {
-      return rows.rows.contains({id.first, branch.name});
-    });
-  });
+  dropMended(plan, order, rows);
   return rows;
 }
 
 std::vector<bool> doneSamples(const BatchPlan& plan, const BatchRows& rows,
                               const DoneRules& rules) {
-  std::vector<std::size_t> settled(plan.spec.count);
-  const std::size_t branches = plan.spec.branches.size();
-  for (const auto& [id, row] : rows.rows) {
-    bool isWhole = true;
-    for (const RowFile& keys : kRowFiles)
-      isWhole = isWhole && hasFile(plan, row, keys, rules.hashes);
-    if (isWhole) ++settled[id.first];
-  }
-  const auto hasRow = [&](std::uint64_t index, const BatchBranch& branch) {
-    return rows.rows.contains({index, branch.name});
+  const auto isSettled = [&](const BranchId& id) {
+    const auto row = rows.rows.find(id);
+    if (row != rows.rows.end()) return hasFiles(plan, row->second, rules.hashes);
+    // A failure of a whole sample settles the branches that were not made at another time.
+    return rules.failuresCount &&
+           (rows.failures.contains(id) || rows.failures.contains({id.first, ""}));
   };
-  // A failure of a whole sample settles the branches that were not made at another time.
-  for (const auto& [id, failure] : rows.failures) {
-    if (!rules.failuresCount) break;
-    for (const BatchBranch& branch : plan.spec.branches)
-      if ((id.second.empty() || id.second == branch.name) && !hasRow(id.first, branch))
-        ++settled[id.first];
-  }
-  std::vector<bool> done(settled.size());
-  for (std::size_t index = 0; index < settled.size(); ++index)
-    done[index] = settled[index] >= branches;
+  std::vector<bool> done(plan.spec.count);
+  for (std::uint64_t index = 0; index < plan.spec.count; ++index)
+    done[index] = std::ranges::all_of(plan.spec.branches, [&](const BatchBranch& branch) {
+      return isSettled({index, branch.name});
+    });
   return done;
 }
 

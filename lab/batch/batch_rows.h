@@ -38,7 +38,7 @@ inline constexpr std::array<RowFile, 7> kRowFiles = {
 inline constexpr std::size_t kStemFiles = 4;
 
 /// All that the runs of a batch have told so far: rows of branches that are whole, and failures of
-/// those that are not. A failure of a whole sample has an empty branch.
+/// those that have failed and were not made later. A failure of a whole sample has an empty branch.
 struct BatchRows {
   std::map<BranchId, nlohmann::ordered_json> rows;
   std::map<BranchId, nlohmann::ordered_json> failures;

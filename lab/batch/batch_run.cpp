@@ -166,7 +166,7 @@ void count(const BatchPlan& plan, const BatchRows& rows, const BatchShard& shard
   for (const auto& [id, failure] : rows.failures)
     failed[id.first] = true;
   for (std::uint64_t index = shard.index; index < plan.spec.count; index += shard.count)
-    ++(whole[index] ? report.done : failed[index] ? report.failed : report.remaining);
+    ++(failed[index] ? report.failed : whole[index] ? report.done : report.remaining);
 }
 
 }  // namespace

@@ -19,15 +19,18 @@ namespace fs = std::filesystem;
 constexpr std::uint64_t kTried = 5;
 
 /// A folder that goes with this object, among the system's temporary ones: a trial that is ended by
-/// a signal leaves nothing where its user works. If it cannot be made, no sample of the trial can
-/// be written, which says so.
+/// a signal leaves nothing where its user works; or in the batch's own, if there can be none. If it
+/// cannot be made, no sample of the trial can be written, which says so.
 class TrialFolder {
  public:
-  TrialFolder() {
+  explicit TrialFolder(const fs::path& batch) {
     std::error_code failed;
-    std::string name = (fs::temp_directory_path(failed) / "carom_trial.XXXXXX").string();
-    isMade_ = ::mkdtemp(name.data()) != nullptr;
-    path_ = name;
+    for (const fs::path& parent : {fs::temp_directory_path(failed), batch}) {
+      std::string name = (parent / "carom_trial.XXXXXX").string();
+      isMade_ = ::mkdtemp(name.data()) != nullptr;
+      path_ = name;
+      if (isMade_) break;
+    }
     std::error_code ignored;
     if (isMade_) fs::create_directories(path_ / "samples", ignored);
   }
@@ -39,12 +42,20 @@ class TrialFolder {
   }
 
   const fs::path& path() const { return path_; }
-  double bytes() const {
+  /// Removes the files that are there; returns how many bytes they had.
+  double empty() const {
     double sum = 0.0;
     std::error_code failed;
+    std::vector<fs::path> files;
     for (fs::recursive_directory_iterator entry(path_, failed), none; !failed && entry != none;
          entry.increment(failed))
-      if (entry->is_regular_file(failed)) sum += static_cast<double>(entry->file_size(failed));
+      if (entry->is_regular_file(failed)) files.push_back(entry->path());
+    for (const fs::path& file : files) {
+      std::error_code unknown;
+      const std::uintmax_t size = fs::file_size(file, unknown);
+      if (!unknown) sum += static_cast<double>(size);
+      fs::remove(file, unknown);
+    }
     return sum;
   }
 
@@ -83,13 +94,14 @@ void judge(BatchTrial& trial, std::uint64_t index, const SampleRunner::Outcome& 
 Result<BatchTrial> tryBatch(const BatchPlan& plan,
                             const std::function<void(double share)>& progress) {
   BatchTrial trial;
-  const TrialFolder folder;
+  const TrialFolder folder(plan.folder);
   BatchPlan elsewhere = plan;
   elsewhere.folder = folder.path();
   SampleRunner runner(elsewhere);
   const std::uint64_t number = std::min(kTried, plan.spec.count);
   std::size_t attempts = 0;
   std::size_t rows = 0;
+  double bytes = 0.0;
   std::vector<double> seconds;
   for (std::uint64_t at = 0; at < number; ++at) {
     const std::uint64_t index = at * plan.spec.count / number;
@@ -97,6 +109,7 @@ Result<BatchTrial> tryBatch(const BatchPlan& plan,
     const Result<SampleRunner::Outcome> outcome = runner.run(index);
     if (!outcome) return outcome.error();
     seconds.push_back(stopwatch.seconds());
+    bytes += folder.empty();
     judge(trial, index, *outcome);
     for (const nlohmann::ordered_json& row : outcome->rows) {
       attempts += row.value("attempt", std::size_t{0});
@@ -108,7 +121,7 @@ Result<BatchTrial> tryBatch(const BatchPlan& plan,
   // The median: the first sample may be the one that computes models for all.
   std::ranges::sort(seconds);
   trial.seconds = seconds[seconds.size() / 2];
-  trial.bytes = folder.bytes() / static_cast<double>(number);
+  trial.bytes = bytes / static_cast<double>(number);
   if (attempts > 2 * rows)
     trial.warnings.push_back(
         "more than two of three attempts are rejected; expected ranges in "

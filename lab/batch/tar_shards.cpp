@@ -99,7 +99,8 @@ Result<std::vector<std::string>> packBatch(const BatchPlan& plan, const BatchRow
       list.clear();
     }
   }
-  removeOthers(plan.folder, shards);
+  // Rows that are gone do not mean that the samples of older shards are.
+  if (!shards.empty()) removeOthers(plan.folder, shards);
   return shards;
 }
 

@@ -33,7 +33,7 @@ struct ReportFiles {
 ReportFiles reportFilesIn(const std::filesystem::path& folder);
 
 /// Returns the name of the page in which a scene of the report is seen and heard, the `index`th:
-/// view_NAME.html, or view_NUMBER.html where no file could have the scene's name.
+/// view_NAME.html, or view-NUMBER.html where no file could have the scene's name.
 std::string viewName(const std::string& scene, std::size_t index);
 
 /// Refuses a folder in which the files cannot be written, before anything is run. A folder that

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <filesystem>
 #include <mutex>
+#include <optional>
 
 #include <dlfcn.h>
 #include <unistd.h>
@@ -36,6 +37,15 @@ std::string versionText(int version) {
 void makeReachable(const BulletLibrary& library) {
   if (library.isReachable || library.file.empty()) return;
   dlopen(library.file.c_str(), RTLD_LAZY | RTLD_NOLOAD | RTLD_GLOBAL);
+}
+
+/// Returns where the functions of Bullet are that what is opened later is linked to, those of the
+/// library that came first into the program; nothing if there are none.
+std::optional<BulletLibrary> linkedLibrary() {
+  constexpr const char* kConstructor = "_ZN21btConvexInternalShapeC2Ev";  // hosts do not define it
+  const void* const constructor = dlsym(RTLD_DEFAULT, kConstructor);
+  if (constructor == nullptr) return std::nullopt;
+  return libraryOf(constructor, kConstructor);
 }
 
 }  // namespace
@@ -85,6 +95,11 @@ std::string SoundLibrary::fault(const void* step, const char* name) {
   if (isOpen_) return {};
   const std::string file = (folderOfThis() / kind_.library).string();
   makeReachable(bullet);
+  const std::optional<BulletLibrary> linked = linkedLibrary();
+  if (linked && linked->version != kCompiledVersion)
+    return "its Bullet in " + place + " is not heard: another one comes before it, " +
+           (linked->file.empty() ? "in the program itself" : linked->file) +
+           "; expected one Bullet in a program";
   void* const handle = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (handle == nullptr)
     return "its Bullet in " + std::string(kind_.scalar) + " (" + place +

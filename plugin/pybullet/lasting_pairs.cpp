@@ -143,6 +143,14 @@ std::span<const ContactState> LastingPairs::finish(double time, double duration,
   return states_;
 }
 
+std::span<const ContactState> LastingPairs::end(double time) {
+  states_.clear();
+  for (const Pair& pair : pairs_)
+    if (pair.state != nullptr) states_.push_back(ended(*pair.state, time, pair.state->duration));
+  pairs_.clear();
+  return states_;
+}
+
 /// Keeps a pair without load, or ends it.
 void LastingPairs::keep(Pair& pair) {
   if (pair.loaded + kIdleSubsteps > count_)

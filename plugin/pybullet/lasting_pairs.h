@@ -48,8 +48,11 @@ class LastingPairs {
                                        const SubstepMotions& motions);
   /// Forgets the pairs of a body that is removed.
   void removeBody(BodyId id);
-  /// Forgets all pairs.
+  /// Forgets all pairs: they are told again.
   void clear() { pairs_.clear(); }
+  /// Ends all pairs at a time (s), as the host has put the world into another state. Returns the
+  /// ends of those that were told, valid until the next call.
+  std::span<const ContactState> end(double time);
 
  private:
   struct Pair {

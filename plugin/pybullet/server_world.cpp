@@ -60,7 +60,8 @@ void ServerWorld::setTime(double seconds) {
   time_ = epoch_ = seconds;
   steps_ = 0;
   isOpen_ = false;
-  lasting_.clear();
+  for (const ContactState& contact : lasting_.end(seconds))
+    ears_.hear(contact);
   listener_.forgetPast();
 }
 

@@ -139,6 +139,7 @@ void RunRecorder::removeBody(BodyId id) {
   if (found == bodies_.end()) return;
   if (found->second.isNumbered) removed_.push_back({found->second.record.id, seconds()});
   bodies_.erase(found);
+  std::erase_if(moving_, [id](const auto& pair) { return pair.first == id || pair.second == id; });
 }
 
 /// Returns a number for a body; none if there are too many. In a file, numbers of bodies that are
@@ -194,6 +195,15 @@ void RunRecorder::post(const ImpulseEvent& event) {
   add(event, portion_.events);
 }
 
+/// True if one of the bodies of a contact rings.
+bool RunRecorder::rings(const ContactState& contact) const {
+  const auto rings = [this](BodyId id) {
+    const auto found = bodies_.find(id);
+    return found != bodies_.end() && found->second.record.sound.modal != nullptr;
+  };
+  return rings(contact.body) || rings(contact.other);
+}
+
 /// True if a step of a contact is heard, or may damp what rings. What lies still makes no sound:
 /// only that it has come to lie is told.
 bool RunRecorder::isOfUse(const ContactState& contact) {
@@ -202,15 +212,15 @@ bool RunRecorder::isOfUse(const ContactState& contact) {
     moving_.insert(pair);
     return true;
   }
-  const auto rings = [this](BodyId id) {
-    const auto found = bodies_.find(id);
-    return found != bodies_.end() && found->second.record.sound.modal != nullptr;
-  };
-  return moving_.erase(pair) > 0 || rings(contact.body) || rings(contact.other);
+  return moving_.erase(pair) > 0 || rings(contact);
 }
 
 void RunRecorder::updateContact(const ContactState& contact) {
-  if (isOfUse(contact)) add(contact, portion_.contacts);
+  if (!isOfUse(contact)) return;
+  const std::size_t before = portion_.contacts.size();
+  add(contact, portion_.contacts);
+  if (kept_ && portion_.contacts.size() > before && rings(contact))
+    lasting_.note(portion_.contacts.back());
 }
 
 void RunRecorder::moveBody(BodyId id, const ListenerPose& pose) {
@@ -327,9 +337,10 @@ void RunRecorder::closePiece() {
       ends.insert_or_assign(pose.body, pose.pose);
   for (const auto& [body, pose] : ends)
     piece.ends.push_back({body, pose});
+  piece.lasting = lasting_.at(open_.empty() ? piece.begin : open_.back().settledTime);
 }
 
-/// Drops pieces that have become too old, but for how they leave bodies and listeners.
+/// Drops pieces that have become too old, but for how they leave bodies, listeners and contacts.
 void RunRecorder::dropOld() {
   const auto isOld = [this] {
     return pieces_.size() > 1 && pieces_[1].begin <= seconds() - *kept_;
@@ -341,6 +352,7 @@ void RunRecorder::dropOld() {
       before_.insert_or_assign(body.id, std::move(body));
     for (const BodyPose& pose : old.ends)
       poses_.insert_or_assign(pose.body, pose.pose);
+    contacts_ = std::move(old.lasting);
     pieces_.pop_front();
   }
   const double first = pieces_.front().begin;
@@ -441,6 +453,8 @@ Status RunRecorder::save(const std::filesystem::path& file) {
   first.settledTime = begin;
   for (const auto& [body, pose] : poses_)
     first.poses.push_back({body, {begin, pose.position, pose.orientation}});
+  for (const ContactState& contact : contacts_)
+    first.contacts.push_back(stillAt(contact, begin));
   if (Status added = writer->add(std::move(first)); !added) return added;
   for (const Piece& piece : pieces_) {
     if (Status put = putBodies(*writer, encoder, piece.changes); !put) return put;

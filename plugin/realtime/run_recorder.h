@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "audio/run/host_run.h"
+#include "audio/run/open_contacts.h"
 #include "audio/run/run_portion.h"
 #include "audio/run/run_writer.h"
 #include "carom/audio/result.h"
@@ -91,12 +92,14 @@ class RunRecorder {
     std::vector<std::byte> portions;
     std::uint64_t count = 0;
     std::vector<audio::BodyPose> ends;  // last poses, of the bodies that have some
+    std::vector<ContactState> lasting;  // on bodies that ring, at the end
   };
 
   RunRecorder(const SoundSettings& settings, std::optional<double> kept);
   std::optional<BodyId> numberOf(BodyId id);
   template <class Record>
   void add(Record record, std::vector<Record>& records);
+  bool rings(const ContactState& contact) const;
   bool isOfUse(const ContactState& contact);
   std::optional<BodyId> takeNumber();
   void closePortion(double settled);
@@ -121,6 +124,7 @@ class RunRecorder {
   std::vector<Removed> removed_;                // bodies that are gone
   std::deque<BodyId> free_;                     // their numbers, where nothing in hand has them
   std::set<std::pair<BodyId, BodyId>> moving_;  // the host's ids: their contact slides or rolls
+  audio::OpenContacts lasting_;                 // by number, on bodies that ring
   std::vector<std::vector<ListenerPose>> paths_;
   double since_ = 0.0;            // s, the run's clock: of the listeners' first poses
   std::vector<double> toldAt_;    // s, the run's clock, by listener: when it last stood still
@@ -141,6 +145,7 @@ class RunRecorder {
   std::size_t openSize_ = 0;
   std::map<BodyId, audio::HostBody> before_;  // by number, as they were before the first piece
   std::map<BodyId, ListenerPose> poses_;      // the same
+  std::vector<ContactState> contacts_;        // the same, on bodies that ring
 };
 
 }  // namespace carom::plugin

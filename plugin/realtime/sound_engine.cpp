@@ -156,9 +156,13 @@ SoundEngine::SoundEngine(const SoundSettings& settings,
     planarChannels_.push_back(&planar_[channel * kInterleavedFrames]);
 }
 
+/// True if a change of a body waits.
+bool SoundEngine::changes(BodyId id) const {
+  return std::ranges::any_of(changes_, [id](const BodyChange& change) { return change.id == id; });
+}
+
 Status SoundEngine::setBody(BodyId id, const SoundBody& body) {
-  const auto isOfIt = [id](const BodyChange& change) { return change.id == id; };
-  if (std::ranges::none_of(changes_, isOfIt)) return scheduler_.setBody(id, body);
+  if (!changes(id)) return scheduler_.setBody(id, body);
   changes_.push_back({events_.size(), id, body});
   return std::monostate{};
 }
@@ -168,12 +172,19 @@ void SoundEngine::removeBody(BodyId id) {
   changes_.push_back({events_.size(), id});
 }
 
+void SoundEngine::moveBody(BodyId id, const ListenerPose& pose) {
+  if (!changes(id)) return (void)scheduler_.moveBody(id, pose);
+  changes_.push_back({events_.size(), id, std::nullopt, pose});
+}
+
 /// Makes the changes of bodies that came before an event of the step in hand.
 void SoundEngine::changeBodies(std::size_t event) {
   for (; !changes_.empty() && changes_.front().after <= event; changes_.pop_front()) {
     const BodyChange& change = changes_.front();
     if (change.body)
       (void)scheduler_.setBody(change.id, *change.body);  // has been validated
+    else if (change.pose)
+      (void)scheduler_.moveBody(change.id, *change.pose);
     else
       scheduler_.removeBody(change.id);
   }
@@ -185,7 +196,10 @@ void SoundEngine::post(const ImpulseEvent& event) {
 }
 
 void SoundEngine::updateContact(const ContactState& contact) {
-  if (scheduler_.hearsContacts()) contacts_.push_back(contact);
+  if (!scheduler_.hearsContacts()) return;
+  // The contacts of a step are scheduled before its events, at which bodies change.
+  const bool isLater = !changes_.empty() && (changes(contact.body) || changes(contact.other));
+  (isLater ? later_ : contacts_).push_back(contact);
 }
 
 void SoundEngine::advanceTo(double seconds) {
@@ -203,6 +217,7 @@ void SoundEngine::advanceTo(double seconds) {
   changeBodies(events_.size());
   events_.clear();
   contacts_.clear();
+  std::swap(contacts_, later_);
 }
 
 /// Schedules the step that ends at `seconds`. Where the clock has leapt in it, what was posted

@@ -46,6 +46,8 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
   /// As ContactSoundScheduler::setBody; what was posted before a body was removed sounds as it was.
   Status setBody(BodyId id, const SoundBody& body);
   void removeBody(BodyId id);
+  /// As ContactSoundScheduler::moveBody, whose pose has been validated.
+  void moveBody(BodyId id, const ListenerPose& pose);
   void post(const ImpulseEvent& event);
   void updateContact(const ContactState& contact);
   void advanceTo(double seconds);
@@ -90,9 +92,11 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
   struct BodyChange {
     std::size_t after = 0;  // events of the step in hand
     BodyId id = 0;
-    std::optional<SoundBody> body{};  // none: it is removed
+    std::optional<SoundBody> body{};
+    std::optional<ListenerPose> pose{};  // without a body: it moves; with neither, it is removed
   };
 
+  bool changes(BodyId id) const;
   void changeBodies(std::size_t event);
   void updateContacts();
   void updateContact(const ContactState& contact, double rank, double least);
@@ -114,6 +118,7 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
   std::vector<ImpulseEvent> events_;    // of the step in hand
   std::vector<ContactState> contacts_;  // lasting ones of the step in hand
   std::deque<BodyChange> changes_;      // in order
+  std::vector<ContactState> later_;     // lasting ones of bodies that have changed in it
   std::vector<double> slideRanks_;      // by contact of the moment in hand
   std::vector<double> sortedRanks_;     // scratch for rankToSlide
   SoundStatistics counters_;            // counts of this thread

@@ -282,13 +282,19 @@ Status SoundSession::setBody(BodyId id, const SoundBody& body) {
     return Error{"sound body " + std::to_string(id) + ": " + why};
   };
   if (const Status valid = validate(body); !valid) return refuse(valid.error().message);
-  if (body.modal != nullptr && !validModels.contains(body.modal)) {
+  const auto known = validModels.find(body.modal.get());
+  const bool isKnown = known != validModels.end() && known->second.lock() == body.modal;
+  if (body.modal != nullptr && !isKnown) {
     if (const Status valid = validate(*body.modal); !valid)
       return refuse("modal model: " + valid.error().message);
-    std::erase_if(validModels, [](const auto& model) { return model.expired(); });
-    validModels.insert(body.modal);
+    std::erase_if(validModels, [](const auto& model) { return model.second.expired(); });
+    validModels.insert_or_assign(body.modal.get(), body.modal);
   }
   bodies.insert_or_assign(id, body);
+  if (body.modal != nullptr)
+    bodiesWithModes.insert(id);
+  else
+    bodiesWithModes.erase(id);
   forEachRun([&](RunRecorder& run) { run.setBody(id, body); });
   Status set = std::monostate{};
   forEachRecorder([&](SoundRecorder& each) {
@@ -303,7 +309,13 @@ Status SoundSession::setBody(BodyId id, const SoundBody& body) {
 
 void SoundSession::removeBody(BodyId id) {
   bodies.erase(id);
-  forEachRun([id](RunRecorder& run) { run.removeBody(id); });
+  bodiesWithModes.erase(id);
+  const std::vector<ContactState> ends = touched.remove(id, time);
+  forEachRun([&](RunRecorder& run) {
+    for (const ContactState& end : ends)
+      run.updateContact(end);
+    run.removeBody(id);
+  });
   forEachRecorder([id](SoundRecorder& each) {
     each.schedulePosted();
     each.scheduler().removeBody(id);
@@ -367,6 +379,10 @@ void SoundSession::post(const ImpulseEvent& event) {
 
 void SoundSession::updateContact(const ContactState& contact) {
   moveListeners();
+  const auto rings = [this](BodyId id) { return bodiesWithModes.contains(id); };
+  if (!bodiesWithModes.empty() && (rings(contact.body) || rings(contact.other)) &&
+      bodies.contains(contact.body) && bodies.contains(contact.other))
+    touched.note(contact);
   forEachRun([&](RunRecorder& run) { run.updateContact(contact); });
   if (recorder) recorder->updateContact(contact, engine == nullptr);
   if (capturer) capturer->updateContact(contact, engine == nullptr && recorder == nullptr);
@@ -381,7 +397,7 @@ Status SoundSession::moveBody(BodyId id, const ListenerPose& pose) {
                  ": expected a place within 1e12 m of the origin and a quaternion of unit length"};
   forEachRun([&](RunRecorder& run) { run.moveBody(id, pose); });
   forEachRecorder([&](SoundRecorder& each) { (void)each.scheduler().moveBody(id, pose); });
-  if (engine) (void)engine->scheduler().moveBody(id, pose);
+  if (engine) engine->moveBody(id, pose);
   return std::monostate{};
 }
 
@@ -434,6 +450,8 @@ Status SoundSession::makeEngine(const SoundSettings& engineSettings) {
   engine->timeline().setScale(timeScale);
   engine->predict(predicted);
   bring(engine->scheduler());
+  for (const ContactState& contact : touched.at(time))
+    engine->updateContact(contact);
   return std::monostate{};
 }
 
@@ -481,6 +499,8 @@ Status SoundSession::record(const std::filesystem::path& file) {
   OpenRecordings::instance().add(*this);
   recorder->startAt(time);
   bring(recorder->scheduler());
+  for (const ContactState& contact : touched.at(time))
+    recorder->updateContact(contact, false);
   return std::monostate{};
 }
 
@@ -514,6 +534,8 @@ Status SoundSession::capture() {
   hasSounded = true;
   capturer->startAt(time, settings.latency);
   bring(capturer->scheduler());
+  for (const ContactState& contact : touched.at(time))
+    capturer->updateContact(contact, false);
   return std::monostate{};
 }
 
@@ -524,6 +546,8 @@ void SoundSession::bringTo(RunRecorder& run) {
   for (std::size_t listener = 0; listener < poses.size(); ++listener)
     if (poses[listener].isKnown) run.moveListener(listener, poses[listener].pose);
   describeBodies(run);
+  for (const ContactState& contact : touched.at(time))
+    run.updateContact(contact);
 }
 
 Status SoundSession::recordRun(const std::filesystem::path& file) {

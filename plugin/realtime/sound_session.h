@@ -7,8 +7,10 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <unordered_set>
 #include <vector>
 
+#include "audio/run/open_contacts.h"
 #include "carom/audio/contact_state.h"
 #include "carom/audio/impulse_event.h"
 #include "carom/audio/listener.h"
@@ -139,7 +141,9 @@ struct SoundSession : std::enable_shared_from_this<SoundSession> {
   bool isMuted = false;
   bool isClosed = false;
   std::map<BodyId, SoundBody> bodies;
-  std::set<std::weak_ptr<const ModalModel>, std::owner_less<>> validModels;
+  std::unordered_set<BodyId> bodiesWithModes;
+  audio::OpenContacts touched;  ///< contacts under way, of bodies with modes
+  std::map<const ModalModel*, std::weak_ptr<const ModalModel>> validModels;
   std::vector<KnownPose> poses;  ///< by listener
   bool havePosesChanged = false;
   std::vector<BodyId> ringingBodies;     ///< scratch

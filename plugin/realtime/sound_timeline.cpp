@@ -53,7 +53,7 @@ TimelineStep SoundTimeline::advance(double time, std::int64_t rendered) {
 TimelineStep SoundTimeline::followClock(double time) {
   const double before = std::exchange(time_, time);
   if (!(time < before)) return TimelineStep::steady;
-  leapt_ += std::llround((before - time) * rate_);
+  leapt_ += std::llround(before * rate_) - std::llround(time * rate_);  // as SoundRecorder
   return TimelineStep::jumped;
 }
 

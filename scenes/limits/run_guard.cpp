@@ -133,7 +133,7 @@ Status checkEnded(const RunGuard* guard) {
 
 Progress withinLimits(RunGuard* guard, const Progress& progress) {
   return [guard, &progress](std::string_view stage, double share) {
-    if (guard != nullptr && !guard->mayGoOn(0.0)) return false;
+    if (guard != nullptr && !guard->mayGoOn()) return false;
     return !progress || progress(stage, share);
   };
 }

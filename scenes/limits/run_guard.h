@@ -40,6 +40,8 @@ class RunGuard {
   /// Looks at clock and memory; `time` is how far the mechanics is, in s. False if the run has to
   /// end. To be called at least every 0.1 s or so.
   bool mayGoOn(double time);
+  /// The same, at the time at which it was asked last: what comes after the mechanics.
+  bool mayGoOn() { return mayGoOn(time_); }
 
   /// Begins another run of the scene, whose events are counted anew; clock and limits go on.
   void restart();

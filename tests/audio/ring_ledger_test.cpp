@@ -46,9 +46,9 @@ TEST(RingLedger, FollowsBlowsAndDampingByContacts) {
   const ResonatorSet set(bell(), {});
   RingLedger ledger;
   ledger.add(7, set, 1.0, std::vector{2.0, 0.5});
-  ledger.damp(7, 1.05, std::vector{6.0, 0.0});
+  ledger.damp(7, set, 1.05, std::vector{6.0, 0.0});
   ledger.add(7, set, 1.08, std::vector{1.0, 0.0});
-  ledger.damp(7, 1.1, std::vector{0.0, 0.0});
+  ledger.damp(7, set, 1.1, std::vector{0.0, 0.0});
   Course low{2.0};
   low.ring(0.05, 4.0, 6.0);
   low.ring(0.03, 4.0, 12.0);
@@ -71,10 +71,10 @@ TEST(RingLedger, FollowsBlowsAndDampingByContacts) {
 TEST(RingLedger, KnowsWhatTouchedABodyBeforeItWasStruckAndWhatLetItGo) {
   const ResonatorSet set(bell(), {});
   RingLedger ledger;
-  ledger.damp(7, 0.5, std::vector{6.0, 0.0});
+  ledger.damp(7, set, 0.5, std::vector{6.0, 0.0});
   EXPECT_TRUE(ledger.at(0.6).empty());
   ledger.add(7, set, 1.0, std::vector{2.0, 0.0});
-  ledger.damp(7, 1.05, {});
+  ledger.damp(7, set, 1.05, {});
   Course low{2.0};
   low.ring(0.05, 4.0, 12.0);
   low.ring(0.07, 4.0, 6.0);
@@ -82,6 +82,29 @@ TEST(RingLedger, KnowsWhatTouchedABodyBeforeItWasStruckAndWhatLetItGo) {
   EXPECT_NEAR(body.radiated, low.radiated, 1e-8);
   EXPECT_NEAR(body.absorbed, low.absorbed, 1e-8);
   EXPECT_NEAR(body.remaining, low.energy, 1e-8);
+}
+
+// The contact goes on while the body gets another model, which is damped from its first blow on.
+TEST(RingLedger, KnowsWhatTouchesABodyWithAnotherModel) {
+  const ResonatorSet before(bell(), {});
+  const ResonatorSet set(bell(), {});
+  RingLedger ledger;
+  ledger.add(7, before, 0.1, std::vector{1.0, 0.0});
+  ledger.damp(7, before, 0.2, std::vector{9.0, 0.0});
+  ledger.damp(7, set, 0.5, std::vector{6.0, 0.0});
+  ledger.add(7, set, 1.0, std::vector{2.0, 0.0});
+  Course low{2.0};
+  low.ring(0.05, 4.0, 12.0);
+  EXPECT_NEAR(ledger.at(1.05).front().remaining, low.energy, 1e-8);
+}
+
+TEST(RingLedger, WhatTouchedARemovedBodyTouchesItNoMore) {
+  const ResonatorSet set(bell(), {});
+  RingLedger ledger;
+  ledger.add(1, set, 0.0, std::vector{2.0, 0.0});
+  ledger.damp(1, set, 0.0, std::vector{90.0, 0.0});
+  ledger.forget(1);
+  EXPECT_NEAR(ledger.removed().radiated, 0.4 * 2.0, 1e-12);
 }
 
 TEST(RingLedger, InTheEndNothingRemains) {

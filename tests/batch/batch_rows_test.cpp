@@ -86,6 +86,31 @@ TEST_F(BatchRowsTest, AFailureOfAllBranchesIsOverWhenAllOfThemAreMade) {
   EXPECT_THAT(done(), ElementsAre(false, false, false));
 }
 
+TEST_F(BatchRowsTest, ARepairThatFailsIsAFailure) {
+  log({rowOf(0, "a"), rowOf(0, "b")});
+  test::write(plan_.folder / sampleFile(0, "a", ".wav"), "SOUND of another length");
+  log({{{"index", 0}, {"failure", "crashed"}}});
+  EXPECT_EQ(readRows(plan_)->failures.size(), 1U);
+  EXPECT_THAT(done(), ElementsAre(false, false, false));
+  log({rowOf(0, "a"), rowOf(0, "b")});
+  EXPECT_TRUE(readRows(plan_)->failures.empty());
+}
+
+// Two runs may make one sample: what one of them has made is whole, whatever became of the other.
+TEST_F(BatchRowsTest, AFailureOfWhatIsWholeDoesNotCount) {
+  log({rowOf(0, "a"), rowOf(0, "b")});
+  log({{{"index", 0}, {"failure", "crashed"}},
+       {{"index", 0}, {"branch", "b"}, {"failure", "limit"}}});
+  EXPECT_TRUE(readRows(plan_)->failures.empty());
+}
+
+TEST_F(BatchRowsTest, AFailedBranchAndAFailedSampleDoNotMakeAnotherBranchDone) {
+  log({rowOf(0, "a"), {{"index", 0}, {"branch", "b"}, {"failure", "limit"}}});
+  log({{{"index", 0}, {"failure", "crashed"}}});
+  fs::remove(plan_.folder / sampleFile(0, "a", ".wav"));
+  EXPECT_THAT(done(), ElementsAre(false, false, false));
+}
+
 // Processes' numbers are no order of time, nor are the names of machines.
 TEST_F(BatchRowsTest, WhatWasToldLastCounts) {
   nlohmann::ordered_json old = rowOf(0, "a");

@@ -638,6 +638,29 @@ TEST(Regimes, AChildThatIsTurnedInItsPlaceIsSeen) {
   world.remove(body);
 }
 
+// A place whose coordinates change their signs is another one.
+TEST(Regimes, AChildThatIsPutOppositeIsSeen) {
+  AnyWorld world;
+  btCompoundShape frame;
+  for (const double x : {-2.0, 2.0})
+    for (const double y : {-2.0, 2.0})
+      for (const double z : {-2.0, 2.0})
+        frame.addChildShape(poseAt({x, y, z}), &world.sphere(0.05));
+  frame.addChildShape(poseAt({0.5, 0.25, 0}), &world.box({0.3, 0.1, 0.3}));
+  btRigidBody& body = world.add(frame, {.mass = 0});
+  const btRigidBody& ball =
+      world.add(world.sphere(0.1), {.position = {-0.5, 0.8, 0}, .velocity = {0, -1, 0}});
+  BulletBridge bridge = world.attach();
+  world.step(1.0 / 240, 24);
+  frame.updateChildTransform(8, poseAt({-0.5, -0.25, 0}));
+  world.world->updateSingleAabb(&body);
+  world.step(1.0 / 240, 240);
+  const auto events = eventsOf(bridge, ball);
+  ASSERT_EQ(events.size(), 1u);
+  EXPECT_NEAR(events[0].time, 0.85, 1e-4);
+  world.remove(body);
+}
+
 // A host that changes a body's filters does so.
 TEST(Regimes, ABodyWithANewProxyIsTheSame) {
   AnyWorld world(9.81);

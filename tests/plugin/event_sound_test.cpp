@@ -500,6 +500,31 @@ TEST(EventSound, WhatIsPostedBeforeABodyIsRemovedIsHeard) {
   EXPECT_EQ(pulled(sound, 4800), offline(near(), {0.02, 0.022}, 4800));
 }
 
+// The id of what is taken away serves another body at once: what rang stays where it was.
+TEST(EventSound, ANewBodysPlaceDoesNotMoveWhatRangBeforeIt) {
+  const auto heard = [](bool isMoved) {
+    EventSound sound = made(near());
+    EXPECT_TRUE(sound.prepareRendering(kRate));
+    SoundBody floor = drop(0.0).floor();
+    floor.modal = boxOf({{1000.0, 5.0, 1.0}});
+    EXPECT_TRUE(sound.setBody(kFloor, floor));
+    sound.post(floorShare(drop(0.02)));
+    sound.advanceTo(0.025);
+    sound.post(drop(0.03).event());
+    sound.removeBody(kFloor);
+    EXPECT_TRUE(sound.setBody(kFloor, drop(0.0).floor()));
+    if (isMoved) {
+      EXPECT_TRUE(sound.moveBody(kFloor, {0.031, {0.0, 0.0, -30.0}}));
+    }
+    for (double time = 0.035; time < 0.2; time += 0.01)
+      sound.advanceTo(time);
+    return pulled(sound, 7200);
+  };
+  const std::vector<float> moved = heard(true);
+  EXPECT_EQ(moved, heard(false));
+  EXPECT_GT(*std::ranges::max_element(moved), 0.0F);
+}
+
 /// Sets the environment variables by which SDL chooses its driver.
 class Device : public testing::TestWithParam<const char*> {
  protected:

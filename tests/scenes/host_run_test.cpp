@@ -337,6 +337,61 @@ TEST_F(HostRuns, OfPostedEventsSoundAsTheirRecordings) {
   EXPECT_LT(differenceOf(recorded(), replayed(run)), -120.0);
 }
 
+// A ball comes to lie on a box at 0.1 s, of which the sound is told once. The box is struck at 3.5
+// s: what has begun in between is damped as what has heard of the ball.
+TEST_F(HostRuns, AreDampedByWhatLayThereBefore) {
+  SoundSettings chosen = settings();
+  chosen.synth.contactLoss = 0.05;
+  chosen.listeners = {{"ear", {0.0, 0.0, 1.0}}};
+  Result<EventSound> sound = EventSound::create(chosen);
+  ASSERT_TRUE(sound && sound->keepRun(1.0));
+  BallDrop drop = dropOnBox(3.5);
+  SoundBody floor = drop.floor();
+  floor.modal = boxOf({{1000.0, 3.0, 1.0}});
+  ASSERT_TRUE(sound->setBody(kBall, drop.ball()) && sound->setBody(kFloor, floor));
+  ContactState contact;
+  contact.body = kBall;
+  contact.other = kFloor;
+  contact.phase = ContactPhase::begin;
+  contact.time = 0.1;
+  contact.duration = kFrame;
+  contact.normal = Vec3::UnitZ();
+  contact.normalLoad = 1e-4;
+  contact.otherPathStart = contact.otherPathEnd = Vec3(0.0, 0.0, 0.01);
+  sound->updateContact(contact);
+  sound->advanceTo(3.0);
+  ASSERT_TRUE(sound->finishRecording());
+  ASSERT_TRUE(sound->record(folder_ / "sound.wav") && sound->recordRun(folder_ / "late.run"));
+  for (double time = 3.0 + kFrame; time < 4.5; time += kFrame) {
+    if (std::abs(time - 3.5) < 0.5 * kFrame) sound->post(floorShare(drop));
+    sound->advanceTo(time);
+  }
+  ASSERT_TRUE(sound->saveRun(folder_ / "kept.run") && sound->close());
+  // 1/s, from the levels 0.1 and 0.3 s after the blow, at a time (s) of the samples.
+  const auto decayAt = [](const std::vector<double>& samples, double blow) {
+    const auto level = [&](double time) {
+      double power = 0.0;
+      const auto first = static_cast<std::size_t>(time * 48'000.0);
+      for (std::size_t at = first; at < first + 480; ++at)
+        power += samples.at(at) * samples.at(at);
+      return std::sqrt(power);
+    };
+    return std::log(level(blow + 0.1) / level(blow + 0.3)) / 0.2;
+  };
+  EXPECT_GT(decayAt(recorded(), 0.5), 8.0);
+  EXPECT_GT(decayAt(replayed(opened("late.run")), 0.5), 8.0);
+  const RecordedRun kept = opened("kept.run");
+  EXPECT_GT(decayAt(replayed(kept), kept.scene.duration - 1.0), 8.0);
+  const auto view = lab::viewRecorded(folder_ / "late.run", false);
+  ASSERT_TRUE(view) << view.error().message;
+  Result<audio::RunPlayer> player = audio::RunPlayer::create(view->run, 48'000.0);
+  ASSERT_TRUE(player && player->seek({.time = 0.45}));
+  std::vector<float> samples(24'000);
+  float* const channel = samples.data();
+  player->render({&channel, 1}, samples.size());
+  EXPECT_GT(decayAt({samples.begin(), samples.end()}, 0.05), 8.0);
+}
+
 // The sound takes orientations a little off unit length; the run's reader does not.
 TEST_F(HostRuns, HaveWhatIsHeardThoughItIsNotQuiteInOrder) {
   Result<EventSound> sound = EventSound::create(settings());

@@ -696,8 +696,8 @@ CAROM_API carom_status carom_create(const carom_settings* settings,
 /// Creates a sound over a Bullet world. Every substep is followed from within. The world may be
 /// destroyed first: then the sound's time stands still. Bodies get materials by their density until
 /// one is set. The library and the host must use the same Bullet, in the same version and precision
-/// (carom_bullet_scalar_size). Solves the shapes that are there: a tenth of a second for each that
-/// is no sphere. Not to be called in tick callbacks, as all else on the sound may be.
+/// (carom_bullet_scalar_size). Does not wait for the shapes of bodies, which a thread solves:
+/// carom_prepare_bodies does. Not to be called in tick callbacks, as all else on the sound may be.
 CAROM_API carom_status carom_attach(btDynamicsWorld* world, const carom_settings* settings,
                                     carom_sound** sound) CAROM_NOEXCEPT;
 /// Detaches from the world, closes the device, completes a recording, and frees the handle in any

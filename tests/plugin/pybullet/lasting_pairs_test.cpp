@@ -163,6 +163,18 @@ TEST_F(LastingPair, DoesNotHaveTheImpulsesOfImpacts) {
   EXPECT_EQ(phases({{.mean = pressed(500.0), .isImpact = true}}), Phases{});
 }
 
+// The host has restored a state, in which nothing may touch what this contact has damped.
+TEST_F(LastingPair, EndsWhereTheClockIsSet) {
+  EXPECT_EQ(phases({{pressed()}}), Phases{ContactPhase::begin});
+  const auto ends = pairs.end(9.0);
+  ASSERT_EQ(ends.size(), 1U);
+  EXPECT_EQ(ends.front().phase, ContactPhase::end);
+  EXPECT_EQ(ends.front().time, 9.0);
+  EXPECT_EQ(ends.front().body, kMover);
+  EXPECT_TRUE(pairs.end(9.0).empty());
+  EXPECT_EQ(phases({{pressed()}}), Phases{ContactPhase::begin});
+}
+
 TEST_F(LastingPair, OfARemovedBodyIsForgotten) {
   EXPECT_EQ(phases({{pressed()}}), Phases{ContactPhase::begin});
   pairs.removeBody(kMover);

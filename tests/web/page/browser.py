@@ -136,13 +136,14 @@ class Browser:
             time.sleep(0.05)
         return False
 
-    def key(self, key, code=None, shift=False, hold=0.0):
+    def key(self, key, code=None, shift=False, hold=0.0, repeats=0):
         text = key if len(key) == 1 else ""
         codes = {" ": ("Space", 32), "Escape": ("Escape", 27), "Tab": ("Tab", 9), "Home": ("Home", 36), "End": ("End", 35), "ArrowLeft": ("ArrowLeft", 37),
                  "ArrowRight": ("ArrowRight", 39), "ArrowUp": ("ArrowUp", 38), "ArrowDown": ("ArrowDown", 40)}
         name, number = codes.get(key, (code or f"Key{key.upper()}", ord(key.upper()) if text else 0))
         given = {"key": key, "code": name, "windowsVirtualKeyCode": number, "modifiers": 8 if shift else 0}
-        self.call("Input.dispatchKeyEvent", type="keyDown", **({"text": text} if text else {}), **given)
+        for count in range(1 + repeats):
+            self.call("Input.dispatchKeyEvent", type="keyDown", autoRepeat=count > 0, **({"text": text} if text else {}), **given)
         time.sleep(hold)
         self.call("Input.dispatchKeyEvent", type="keyUp", **given)
 

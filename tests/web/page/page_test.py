@@ -110,6 +110,10 @@ def check_time(browser, claims, duration):
     claims.that(browser.wait("carom.playing && carom.time > 0"), "the space bar does not play")
     browser.key(" ")
     claims.that(browser.wait("!carom.playing"), "the space bar does not pause")
+    browser.key(" ", repeats=3)
+    claims.that(browser.wait("carom.playing", 3), "a space bar that is held does not play, or pauses again")
+    browser.key(" ")
+    claims.that(browser.wait("!carom.playing"), "the space bar does not pause again")
     before = browser.run("carom.time")
     claims.equal(browser.run("new Promise((resolve) => setTimeout(() => resolve(carom.time), 150))"), before, "the time goes on in a pause")
     browser.key("End", "End")
@@ -241,6 +245,22 @@ def check_sound(browser, claims, run):
     claims.that(all(delay is not None and delay >= 0 for delay in delays), f"a seek does not sound: {delays}")
 
 
+def check_opening(browser, claims, page, count):
+    """What is pressed while the sound opens, of a page that has just been loaded."""
+    sounds = "carom.playing && carom.seekDelay !== null && carom.time > 0.02"
+    for script, words in (("carom.play(); carom.play()", "a second press while the sound opens ends it"),
+                          ("carom.play(); carom.run = 1", "a run that is chosen while the sound opens is not heard")):
+        if "run" in script and count < 2:
+            continue
+        browser.open(page)
+        browser.run("carom.ready")
+        browser.run("carom.speed = 0.1")
+        browser.run(f"{script}; 0")
+        claims.that(browser.wait(sounds, 30), words)
+        claims.that(browser.run("carom.run") == (1 if "run" in script else 0), "another run is shown than was chosen")
+        browser.run("carom.pause()")
+
+
 def check_silence(browser, claims):
     refused = browser.run("carom.renderOffline(0, 0.1).then(() => '', (error) => error.message)")
     claims.that("without sound" in refused or "no sound" in refused, f"a page without sound renders, or says {refused!r}")
@@ -267,6 +287,7 @@ def check(browser, page, sound, claims):
     check_sheets(browser, claims)
     if sound:
         check_sound(browser, claims, run)
+        check_opening(browser, claims, page, len(manifest["runs"]))
     elif run.get("sound") is None:
         check_silence(browser, claims)
     outside = [address for address in browser.requests if not address.startswith(("file:", "data:", "blob:"))]

@@ -55,12 +55,11 @@ function countOf(entry) {
   return entry.type === 'box' ? kWalls.length : entry.type === 'spheres' ? entry.count : 1;
 }
 
-/// Puts a body's state into its entry. On Bullet the format has no spin of spheres.
-function put(entry, state, onBullet) {
+/// Puts a body's state into its entry.
+function put(entry, state) {
   entry.position = state.position;
   entry.velocity = state.velocity;
-  delete entry.spin;
-  if (entry.type !== 'sphere' || !onBullet) entry.spin = state.spin;
+  entry.spin = state.spin;
   if (entry.type === 'sphere') return;
   delete entry.rotation;
   const rotation = axisAngle(state.orientation);
@@ -118,7 +117,7 @@ export function sceneText(journal, run, {states, jello, time}) {
     if (change.set?.friction !== undefined) entries.filter(({type}) => type !== 'jello').forEach((entry) => entry.friction = change.set.friction);
   }
   entries.forEach((entry, id) => {
-    if (table.has(id)) put(entry, table.get(id), stepper === 'bullet');
+    if (table.has(id)) put(entry, table.get(id));
     else if (entry.type === 'jello') putJello(entry, jello);
     else moveSurface(entry, time);
   });
