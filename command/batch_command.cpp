@@ -404,13 +404,13 @@ int BatchCommand::repeat() const {
           refuseStandardOutput(output_, "--output", "a sample may have stems; expected FILE.wav");
       !valid)
     return fail(kBadInput, valid.error().message);
-  if (!isWavName(output_))
-    return fail(kBadInput,
-                "--output: '" + output_ + "' is not the name of a WAV file; expected FILE.wav");
   if (const Status kept =
           checkKept({{"--output", output_}}, {std::filesystem::path(input_) / "plan.json"});
       !kept)
     return fail(kBadInput, kept.error().message);
+  if (!isWavName(output_))
+    return fail(kBadInput,
+                "--output: '" + output_ + "' is not the name of a WAV file; expected FILE.wav");
   if (const Status valid = audio::checkWritable(output_); !valid)
     return fail(kFailed, output_ + ": " + valid.error().message);
   const Result<SampleRunner::Outcome> outcome = SampleRunner(*plan).repeat(index, branch, output_);

@@ -155,6 +155,7 @@ Result<Reverb> Reverb::create(const ReverbSettings& settings, double sampleRate,
 
 Reverb::Reverb(const ReverbSettings& settings, double sampleRate, std::size_t channels)
     : sampleRate_(sampleRate), channels_(channels) {
+  patternGains_.fill(1.0);
   const double meanTime =
       4.0 * settings.volume / (settings.surface * settings.speedOfSound);  // s, between walls
   makeLines(meanTime * sampleRate, longestFinite(settings.decayTimes) * sampleRate);
@@ -219,6 +220,11 @@ void Reverb::makeOnset(const ReverbSettings& settings) {
   }
 }
 
+void Reverb::setPattern(std::size_t channel, double pattern) {
+  const double even = 1.0 - pattern;
+  patternGains_.at(channel) = std::sqrt(even * even + pattern * pattern / 3.0);
+}
+
 void Reverb::process(std::span<const double> in, std::span<double* const> addTo) noexcept {
   assert(addTo.size() == channels_);
   for (std::size_t sample = 0; sample < in.size(); ++sample) {
@@ -229,7 +235,7 @@ void Reverb::process(std::span<const double> in, std::span<double* const> addTo)
     filterLines(values);
     mix(values);
     for (std::size_t channel = 0; channel < channels_; ++channel) {
-      addTo[channel][sample] += outputGain_ * values[channel];
+      addTo[channel][sample] += patternGains_[channel] * outputGain_ * values[channel];
     }
     const double loudest = writeLines(values, delayInput(input));
     advance();

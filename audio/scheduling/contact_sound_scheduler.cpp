@@ -58,6 +58,13 @@ bool isFinite(const ImpulseEvent& event) {
          !std::isnan(event.otherRadius);
 }
 
+/// Returns a shift for what comes so many samples later on the clock than it would by its time.
+SampleShift later(const SampleShift& shift, double samples) {
+  const double sum = shift.fraction + samples;
+  const double whole = std::floor(sum);
+  return {shift.whole + static_cast<std::int64_t>(whole), sum - whole, shift.stretch};
+}
+
 }  // namespace
 
 ContactSoundScheduler::ContactSoundScheduler(std::shared_ptr<const SoundPaths> paths)
@@ -83,6 +90,8 @@ void ContactSoundScheduler::removeBody(BodyId id) {
     if (body != nullptr && body->modes != nullptr)
       released_.emplace_back(damped, body->modes->resonators);
   }
+  if (std::ranges::none_of(released_, [id](const auto& each) { return each.first.body == id; }))
+    exciter_.forgetChanges(id);
   bodies_.remove(id);
   slides_.forget(id);
   coupled_.forget(id);
@@ -163,14 +172,15 @@ void ContactSoundScheduler::scheduleImpulse(const ImpulseEvent& event, const Sam
   if (!sound.excitations.empty()) ++counters_.rings;
   const bool isLive = rings_.isLive();
   if ((source.isFollowed || isLive) && !sound.excitations.empty())
-    rings_.add({.event = event,
-                .sound = body.sound,
-                .source = *body.modes,
-                .middle = source.time + 0.5 * source.duration / shift.stretch,
-                .until = source.time + source.duration +
-                         (isLive ? exciter_.longestRingAnywhere() : exciter_.longestRing()),
-                .peak = sound.modalPeak,
-                .shift = shift});
+    rings_.add(
+        {.event = event,
+         .sound = body.sound,
+         .source = *body.modes,
+         .middle = source.time + 0.5 * source.duration / shift.stretch,
+         .until = source.time + source.duration +
+                  (isLive ? exciter_.longestRingAnywhere() : exciter_.longestRing()) / stretch_,
+         .peak = sound.modalPeak,
+         .shift = shift});
   if (sound.clicks.empty() && sound.excitations.empty())
     ++counters_.inaudible;
   else if (isHeard(source, sound))
@@ -235,6 +245,7 @@ void ContactSoundScheduler::undampReleased(double time, const SampleShift& shift
     if (bodies_.find(damped.body) != nullptr)
       coupled_.damp(damped.body, *modes, time, exciter_.addedDamping(damped.body, *modes));
     sink.add({.excitations = exciter_.excitations(), .taps = exciter_.taps()});
+    if (bodies_.find(damped.body) == nullptr) exciter_.forgetChanges(damped.body);
   }
 }
 
@@ -299,6 +310,7 @@ bool ContactSoundScheduler::updateModes(const ContactState& contact, bool first,
        .other = otherId,
        .point = point + body->sound.modalOrigin.value_or(model.centreOfMass),
        .stiffness = stiffness,
+       .mass = other->sound.mass,
        .place = contact.position},
       *body->modes, sample);
 }
@@ -431,22 +443,51 @@ void ContactSoundScheduler::sound(const SlideStep& step, SoundSink& sink) {
     scheduleSlide(step, first, sink);
 }
 
-/// Schedules the share of the contact's first body, or of the other one.
+/// Schedules the share of the contact's first body, or of the other one: in parts if it lasts too
+/// long for one sound.
 void ContactSoundScheduler::scheduleSlide(const SlideStep& step, bool first, SoundSink& sink) {
-  const ContactState& contact = step.contact;
+  if (bodies_.find(first ? step.contact.body : step.contact.other)->isSilent()) return;
+  const double lasting = step.contact.duration * step.shift.stretch;
+  const auto parts = static_cast<std::size_t>(std::max(1.0, std::ceil(lasting / longestStep_)));
+  if (parts == 1) return schedulePart(step, first, {0, 1, step.slide.nodes}, sink);
+  auto node = step.slide.nodes.begin();
+  for (std::size_t index = 0; index < parts; ++index) {
+    partNodes_.clear();
+    for (; node != step.slide.nodes.end(); ++node) {
+      const double u = static_cast<double>(parts) * node->u - static_cast<double>(index);
+      if (u >= 1.0 && index + 1 < parts) break;
+      partNodes_.push_back({u, node->weight});
+    }
+    if (!partNodes_.empty()) schedulePart(step, first, {index, parts, partNodes_}, sink);
+  }
+}
+
+void ContactSoundScheduler::schedulePart(const SlideStep& step, bool first, const SlidePart& part,
+                                         SoundSink& sink) {
+  ContactState contact = step.contact;
+  SampleShift shift = step.shift;
+  const auto share = static_cast<double>(part.count);
+  const auto index = static_cast<double>(part.index);
+  if (part.count > 1) {
+    contact.duration /= share;
+    contact.time += index * contact.duration;
+    shift = later(shift, index * contact.duration * (shift.stretch - 1.0) * settings_.sampleRate);
+  }
   const SoundingBody& body = *bodies_.find(first ? contact.body : contact.other);
-  if (body.isSilent()) return;
   Slide::Side& side = step.slide.sides[first ? 0 : 1];
   const ImpulseEvent event = SlideTracker::unitImpulse(contact, first, side.offset);
   ContactSource source = sourceOf(event, body);
-  source.duration = contact.duration * step.shift.stretch;
-  source.shift = step.shift;
+  source.duration = contact.duration * shift.stretch;
+  source.shift = shift;
   source.pulse = &Pulse::of(PulseShape::hertz);  // spans the step from begin to end
-  source.train = step.slide.nodes;
+  source.train = part.nodes;
   source.loudest = loudestImpulse(source.train);
   source.strike.velocity = event.bodyVelocity;
   // The dipole changes gradually from that of the last step: a jump would click.
   source.dipoleBefore = side.dipole.value_or(source.strike.dipole);
+  if (part.count > 1)
+    source.strike.dipole =
+        source.dipoleBefore + (source.strike.dipole - source.dipoleBefore) / (share - index);
   side.dipole = source.strike.dipole;
   if (!propagation_.propagate(source)) {
     ++counters_.rejectedSlides;
@@ -454,8 +495,8 @@ void ContactSoundScheduler::scheduleSlide(const SlideStep& step, bool first, Sou
   }
   ScheduledSound sound = propagation_.sound();
   const bool isHeard = !sound.clicks.empty() || !sound.excitations.empty();
-  ++(isHeard ? counters_.slides : counters_.inaudibleSlides);
-  sound.train = step.slide.nodes;
+  if (part.index + 1 == part.count) ++(isHeard ? counters_.slides : counters_.inaudibleSlides);
+  sound.train = part.nodes;
   sink.add(sound);
 }
 

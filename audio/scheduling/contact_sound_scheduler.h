@@ -1,9 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -65,6 +68,8 @@ class ContactSoundScheduler {
   void followLive(std::size_t ways) { rings_.followLive(ways); }
   /// Limits how many recoils are heard: see SoundingBodies::limitRecoils.
   void limitRecoils(std::size_t most) { bodies_.limitRecoils(most); }
+  /// Has steps of contacts that last longer (s, on the samples) be sent in parts, each as a sound.
+  void limitSteps(double longest) { longestStep_ = longest; }
   Status moveBody(BodyId id, const ListenerPose& pose);  ///< as Synth::moveBody
   /// Adds the bodies whose motion is of use, as they ring.
   void addRinging(std::vector<BodyId>& bodies) const { rings_.addRinging(bodies); }
@@ -73,6 +78,7 @@ class ContactSoundScheduler {
   /// Schedules how rings are heard of which all is known at `time` (s), as Synth::advanceTo.
   void advanceTo(double time, const SampleShift& shift, SoundSink& sink) {
     if (!released_.empty()) undampReleased(time, shift, sink);
+    stretch_ = std::clamp(shift.stretch, kLeastStretch, kMostStretch);
     rings_.advance({time, shift, sink});
   }
 
@@ -133,7 +139,14 @@ class ContactSoundScheduler {
   bool estimate(const SlideStep& step);
   void sound(const SlideStep& step, SoundSink& sink);
   bool rings(const ContactState& contact) const;
+  /// A part of a step that has a sound of its own.
+  struct SlidePart {
+    std::size_t index = 0;
+    std::size_t count = 1;
+    std::span<const PulseNode> nodes;
+  };
   void scheduleSlide(const SlideStep& step, bool first, SoundSink& sink);
+  void schedulePart(const SlideStep& step, bool first, const SlidePart& part, SoundSink& sink);
   bool isInaudible(const ContactState& contact, double loudest);
   bool isInaudible(const ContactState& contact, double loudest, bool first);
 
@@ -153,6 +166,9 @@ class ContactSoundScheduler {
   bool choosesSlides_;
   /// Bodies that what is gone has damped, and their modes: they ring freely from the next sound on.
   std::vector<std::pair<ModalExciter::Damped, const ResonatorSet*>> released_;
+  double longestStep_ = std::numeric_limits<double>::infinity();  // s
+  std::vector<PulseNode> partNodes_;
+  double stretch_ = 1.0;  // how long a second of the simulation lasts on the samples, s
   SynthCounters counters_;
 };
 

@@ -54,6 +54,16 @@ double shapeAlong(const ModalModel& model, std::size_t mode, const SurfacePoint&
   return along;
 }
 
+/// Returns the loss in a spring of a stiffness (N/m) and loss factor whose far end is free but for
+/// a mass (kg), over that of one whose end is held, at w (rad/s): what is light swings along. At
+/// most 1, as a resonance of the two would be more than a damping.
+double lossBehind(double mass, double stiffness, double loss, double w) {
+  if (std::isinf(mass)) return 1.0;
+  const double inertia = mass * w * w;
+  const double off = std::hypot(stiffness - inertia, loss * stiffness);
+  return off > inertia ? inertia / off * (inertia / off) : 1.0;
+}
+
 /// Returns what a contact adds to the decay rate (1/s) of each mode.
 std::vector<double> ratesOf(const ModalExciter::DampingContact& contact,
                             const ModalExciter::Source& source, double loss) {
@@ -63,7 +73,9 @@ std::vector<double> ratesOf(const ModalExciter::DampingContact& contact,
   std::vector<double> rates(set.modes);
   for (std::size_t mode = 0; mode < set.modes; ++mode) {
     const double along = shapeAlong(*set.model, mode, point, normal);
-    rates[mode] = loss * contact.stiffness * along * along / (2.0 * set.pole[mode].imag());
+    const double w = set.pole[mode].imag();
+    rates[mode] = lossBehind(contact.mass, contact.stiffness, loss, w) * loss * contact.stiffness *
+                  along * along / (2.0 * w);
   }
   return rates;
 }

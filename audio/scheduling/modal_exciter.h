@@ -3,6 +3,7 @@
 #include <complex>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <memory>
 #include <span>
@@ -123,9 +124,10 @@ class ModalExciter {
   struct DampingContact {
     BodyId body = 0;
     BodyId other = 0;
-    Vec3 point = Vec3::Zero();  ///< m, model frame
-    double stiffness = 0.0;     ///< N/m; 0: the contact has ended
-    Vec3 place = Vec3::Zero();  ///< m, world frame
+    Vec3 point = Vec3::Zero();                              ///< m, model frame
+    double stiffness = 0.0;                                 ///< N/m; 0: the contact has ended
+    double mass = std::numeric_limits<double>::infinity();  ///< kg, of the other body
+    Vec3 place = Vec3::Zero();                              ///< m, world frame
   };
   /// Makes the change of damping that follows the only excitation, from `first` (sample of the
   /// clock) on, but behind the body's last change, which may have come a longer way. Returns false
@@ -144,6 +146,8 @@ class ModalExciter {
     dampers_.clear();
     lastChanges_.clear();
   }
+  /// Forgets when a body that is gone was damped.
+  void forgetChanges(BodyId body) { lastChanges_.erase(body); }
   /// Makes the damping of a body by the contacts that it has now, from `first` on, the only
   /// excitation.
   void undamp(BodyId body, const ResonatorSet& set, std::int64_t first);

@@ -60,8 +60,13 @@ ClickRenderer::ClickRenderer(std::shared_ptr<const SoundPaths> paths,
       send_(kMixFrames) {
   SpreadTable::instance();  // made now, not while rendering
   if (settings_.reverb) {
-    for (const Listener& listener : paths_->listeners)
-      reverbs_.push_back(paths_->reverbs.at(channelCount(listener)));
+    std::size_t first = 0;  // channel of the listener
+    for (const Listener& listener : paths_->listeners) {
+      Reverb& reverb = reverbs_.emplace_back(paths_->reverbs.at(channelCount(listener)));
+      for (std::size_t channel = 0; channel < reverb.channels(); ++channel)
+        reverb.setPattern(channel, paths_->channels[first + channel].receiver.pattern);
+      first += reverb.channels();
+    }
   }
   if (settings_.lasting == LastingDetail::heard) {
     const std::size_t sends = reverbs_.empty() ? 0 : 1;

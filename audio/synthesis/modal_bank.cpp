@@ -62,9 +62,10 @@ void ModalBank::makeRoom() {
   drive.samples = static_cast<std::uint32_t>(longest) + 2 * (kSpreadWidth + kRestReach);
   mostSamples_ = drive.samples;
   reserve(drive, capacity_->modes);
-  sampler_.reserve(std::max<std::size_t>(kMostNodes, drive.samples), drive.samples);
+  sampler_.reserve(std::max<std::size_t>({kMostNodes, kMostImpactNodes, drive.samples}),
+                   drive.samples);
   const std::size_t resonators = capacity_->modes + ResonatorKernels::kWidth;
-  const std::size_t slots = capacity_->excitations + capacity_->motions;
+  const std::size_t slots = capacity_->excitations + capacity_->motions + capacity_->dampings;
   slots_.reserve(slots);
   freeSlots_.reserve(slots);
   for (std::size_t slot = slots; slot-- > 0;) {
@@ -126,6 +127,7 @@ bool ModalBank::addOne(const ModalExcitation& excitation, std::span<const double
   waiting.excitation = excitation;
   waiting.bank = bank;
   if (excitation.isMotion()) ++motions_;
+  if (excitation.isDamping()) ++dampingSlots_;
   if (!capacity_) waiting.taps.resize(excitation.arrays() * count);
   auto to = waiting.taps.begin();
   for (std::size_t array = 0; array < excitation.arrays(); ++array)
@@ -222,11 +224,18 @@ std::uint32_t ModalBank::freeBank() {
   return static_cast<std::uint32_t>(banks_.size() - 1);
 }
 
-/// True if there may be one more; motions and all else leave each other's slots alone.
+/// True if there may be one more; motions, changes of damping and blows leave each other's slots
+/// alone.
 bool ModalBank::hasRoom(const ModalExcitation& excitation) const {
   if (!capacity_) return true;
   if (excitation.isMotion()) return motions_ < capacity_->motions;
-  return freeSlots_.size() + motions_ > capacity_->motions;
+  if (excitation.isDamping()) return dampingSlots_ < capacity_->dampings;
+  return freeSlots_.size() + motions_ + dampingSlots_ > capacity_->motions + capacity_->dampings;
+}
+
+void ModalBank::giveUpDamping(std::uint32_t slot) noexcept {
+  freeSlots_.push_back(slot);
+  --dampingSlots_;
 }
 
 std::uint32_t ModalBank::freeSlot() {
@@ -301,10 +310,10 @@ void ModalBank::damp(std::uint32_t slot) noexcept {
     return slots_[other].excitation.body == waiting.excitation.body;
   });
   // Bodies that disappear while they are touched would keep all slots in the end.
-  const bool isFull = capacity_ && dampings_.size() >= slots_.size() / 4;
+  const bool isFull = capacity_ && dampings_.size() >= capacity_->dampings / 2;
   const auto gone = before == dampings_.end() && isFull ? dampings_.begin() : before;
   if (gone != dampings_.end()) {
-    freeSlots_.push_back(*gone);
+    giveUpDamping(*gone);
     dampings_.erase(gone);
   }
   for (const std::uint32_t index : order_)
@@ -313,7 +322,7 @@ void ModalBank::damp(std::uint32_t slot) noexcept {
   const std::size_t count = countOf(waiting.excitation);
   if (std::equal(set.a2.begin(), set.a2.begin() + static_cast<std::ptrdiff_t>(count),
                  waiting.taps.begin() + static_cast<std::ptrdiff_t>(count)))
-    freeSlots_.push_back(slot);  // the damping of the free body
+    giveUpDamping(slot);  // the damping of the free body
   else
     dampings_.push_back(slot);
 }
@@ -539,7 +548,7 @@ void ModalBank::seek(std::int64_t position) {
   freeSlots_.clear();
   driven_.clear();
   dampings_.clear();
-  motions_ = 0;
+  motions_ = dampingSlots_ = 0;
   banks_.clear();
   freeBanks_.clear();
   order_.clear();

@@ -28,6 +28,8 @@ struct ModalCapacity {
   std::size_t excitations =
       512;  ///< excitations that wait for their sample: one for each channel and path
   std::size_t motions = 512;  ///< motions that wait beside them; a ring skips further ones
+  /// Changes of damping beside them: half of them in force, one for each body, the others wait.
+  std::size_t dampings = 512;
   /// s. Longer contacts are left out.
   double longestContact = 0.05;
 };
@@ -133,6 +135,7 @@ class ModalBank {
   std::uint32_t freeBank();
   std::uint32_t freeSlot();
   bool hasRoom(const ModalExcitation& excitation) const;
+  void giveUpDamping(std::uint32_t slot) noexcept;
   bool isEarlier(const ClickCalendar::Entry& a, const ClickCalendar::Entry& b) const;
   void beginUntil(std::int64_t end) noexcept;
   void drive(std::uint32_t slot) noexcept;
@@ -164,7 +167,8 @@ class ModalBank {
   std::pmr::monotonic_buffer_resource arena_;
   std::vector<Waiting> slots_;
   std::vector<std::uint32_t> freeSlots_;
-  std::size_t motions_ = 0;  // slots of motions that wait
+  std::size_t motions_ = 0;       // slots of motions that wait
+  std::size_t dampingSlots_ = 0;  // slots of changes of damping that wait or are in force
   ClickCalendar waiting_;
   std::vector<Driven> driven_;           // sorted by the time they join
   std::vector<std::uint32_t> dampings_;  // slots of the changes of damping in force, one per body

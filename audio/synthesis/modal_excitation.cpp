@@ -44,9 +44,11 @@ class RestFit {
   struct Residual {
     double frequency = 0.0;  // rad per sample
     double beta = 0.0;       // samples: Material::dampingBeta
-    double delay = 0.0;      // samples, of the low-pass behind it
+    double delay = 0.0;  // samples, in which sound passes the radius of the sphere that breathes
   };
-  /// Taps for the second derivative of the pulse, as an oscillator follows it, behind a low-pass.
+  /// Taps for the second derivative of the pulse, as an oscillator follows it, and a sphere of
+  /// radius a radiates it: exp(s a / c) / (1 + s a / c) from its middle on, as the sound leaves its
+  /// surface.
   RestTaps<double> of(const Residual& modes) const {
     // Within the band, many modes stand for one, and blur it; from well beyond, none is in phase
     // with anything but the force.
@@ -57,7 +59,9 @@ class RestFit {
       const Complex s(0.0, omega(row));
       const Complex share = s / modes.frequency;
       const Complex yields = share * share + 2.0 * damping * share + modes.beta * s + 1.0;
-      const Complex follows = s * s / (yields * (1.0 + modes.delay * s));
+      const Complex radiates =
+          std::exp(s * std::min(modes.delay, kMostAhead)) / (1.0 + modes.delay * s);
+      const Complex follows = s * s / yields * radiates;
       const Complex tap = weight_[row] * follows / dimming_[row];
       wanted[row] = tap.real();
       wanted[kFrequencies + row] = tap.imag();
@@ -89,6 +93,7 @@ class RestFit {
   static constexpr double kAside = 1e-7;
   static constexpr double kResidualDamping = 0.7;  // of critical, within the band
   static constexpr double kFarBeyond = 0.3;        // of the band, from where there is none
+  static constexpr double kMostAhead = 10.0;       // samples for which the taps have room
 
   static double omega(Eigen::Index row) {
     return 2.0 * std::numbers::pi * kBand * static_cast<double>(row) / (kFrequencies - 1);

@@ -122,6 +122,9 @@ void NoiseBed::grow() {
 
 bool NoiseBed::add(const NoiseLevel& level) {
   if (level.powers.size() != silence_.size()) return false;
+  // A listener who has come nearer hears this one before those that are still on their way.
+  while (count_ > 0 && point(count_ - 1).since >= level.since)
+    --count_;
   if (count_ == points_.size()) {
     if (capacity_) return false;
     grow();

@@ -46,8 +46,8 @@ class NoiseBed {
   /// Levels that may wait; without a capacity any number may.
   NoiseBed(double sampleRate, std::size_t channels, std::optional<std::size_t> capacity);
 
-  /// Adds a level, which must be later than those before. Returns false, and adds nothing, if too
-  /// many wait.
+  /// Adds a level, in place of those that have not begun before it. Returns false, and adds
+  /// nothing, if too many wait.
   bool add(const NoiseLevel& level);
   /// The samples of channels, `stride` apart.
   struct Output {

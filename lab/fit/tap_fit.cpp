@@ -68,10 +68,12 @@ void setFactorRange(ModeMatchSettings& match, const Material& start, const Mater
 
 /// Returns the scale at which a body of the start's modulus has frequencies `factor` times those
 /// analysed: frequencies fall with the size, and with the root of the density, which falls with its
-/// cube where the mass is given.
-double scaleOf(double factor, const Material& start, const Material& analysed, bool isMassGiven) {
+/// cube where the mass is given, and with the walls' thickness: `thinner` is the mesh's volume over
+/// that with the fitted walls.
+double scaleOf(double factor, const Material& start, const Material& analysed,
+               std::optional<double> thinner) {
   const double stiffer = std::sqrt(start.youngsModulus / analysed.youngsModulus);
-  return isMassGiven ? std::pow(factor / stiffer, 2.0) : stiffer / factor;
+  return thinner ? std::pow(factor / stiffer, 2.0) * *thinner : stiffer / factor;
 }
 
 SurfaceMesh scaledMesh(SurfaceMesh mesh, double scale) {
@@ -80,21 +82,29 @@ SurfaceMesh scaledMesh(SurfaceMesh mesh, double scale) {
   return mesh;
 }
 
-/// Sets the material and the scale from the fitted body.
+SurfaceMesh walledMesh(const SurfaceMesh& mesh, const BodyFit& body) {
+  return body.variant.wall == 0.0 ? mesh : thickened(mesh, body.variant.wall);
+}
+
+/// Sets the material and the scale from the fitted body. `thinner` is the mesh's volume over that
+/// with the fitted walls, where the mass is given, of which the start has the mesh's density.
 void setBody(TapFit& fit, const BodyFit& body, const Material& start, const Material& analysed,
-             const TapFitSettings& settings) {
+             const TapFitSettings& settings, std::optional<double> thinner) {
   fit.material = start;
   fit.material.poissonsRatio = body.variant.poissonsRatio;
   fit.isPoissonFitted = body.isPoissonFitted;
   fit.poissonError = body.poissonError;
   fit.thicknessError = body.wallError;
   fit.residual = body.residual;
-  fit.modulusError = 2.0 * body.factorError;
+  fit.material.density *= thinner.value_or(1.0);
   if (settings.freeScale) {
-    fit.scale = scaleOf(body.factor, start, analysed, settings.mass.has_value());
-    if (settings.mass) fit.material.density = start.density / std::pow(fit.scale, 3.0);
+    fit.modulusError = (thinner ? 6.0 : 3.0) * body.factorError;
+    fit.scale = scaleOf(body.factor, start, analysed, thinner);
+    if (thinner) fit.material.density /= std::pow(fit.scale, 3.0);
   } else {
-    fit.material.youngsModulus = analysed.youngsModulus * body.factor * body.factor;
+    fit.modulusError = 2.0 * body.factorError;
+    fit.material.youngsModulus =
+        analysed.youngsModulus * body.factor * body.factor * thinner.value_or(1.0);
   }
 }
 
@@ -190,8 +200,7 @@ Status computeBody(TapFit& fit, const SurfaceMesh& mesh, const BodyFit& body,
   setDamping(undampedMaterial, {});
   MeshAnalysisSettings analysis;
   analysis.radiation = settings.radiation;
-  const SurfaceMesh walled = body.variant.wall == 0.0 ? mesh : thickened(mesh, body.variant.wall);
-  const SurfaceMesh surface = scaledMesh(walled, fit.scale);
+  const SurfaceMesh surface = scaledMesh(walledMesh(mesh, body), fit.scale);
   Result<MeshAnalysis> made = analyseMesh(surface, undampedMaterial, analysis, cache, progress);
   if (!made) return made.error();
   fit.model = std::move(made->model);
@@ -234,7 +243,9 @@ Result<TapFit> fitTap(const std::vector<TapMode>& measured, const SurfaceMesh& m
   TapFit fit;
   fit.match = body->match;
   fit.reason = body->match.reason;
-  setBody(fit, *body, start, analysed, settings);
+  std::optional<double> thinner;
+  if (settings.mass) thinner = signedVolume(mesh) / signedVolume(walledMesh(mesh, *body));
+  setBody(fit, *body, start, analysed, settings, thinner);
   if (!body->match.accepted) {
     for (const TapMode& mode : measured)
       fit.modes.push_back({mode, {}, {}, {}, {}});

@@ -279,7 +279,8 @@ Result<ModalModel> shellModalModel(const SurfaceMesh& mesh, const Material& mate
   model.surface = network->surface;
   setMass(model, material.density * settings.thickness);
   keepAudibleModes(model, modes, rigidBelow);
-  keepResidual(model, modes, response, rigidBelow);
+  // A sheet displaces on one side what it leaves room for on the other.
+  if (closedSurface(model.surface)) keepResidual(model, modes, response, rigidBelow);
   if (cancelled("modes", 1.0)) return Error{kCancelled};
   return model;
 }

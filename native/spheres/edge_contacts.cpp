@@ -18,6 +18,7 @@ constexpr double kBorder = 1e-12;  ///< relative to the coordinates: nearer to a
 EdgeContacts::EdgeContacts(const ContactParts& parts)
     : bodies_(parts.bodies),
       properties_(parts.properties),
+      linkage_(parts.linkage),
       responses_(parts.responses),
       trajectories_(parts.trajectories),
       rest_(parts.rest),
@@ -42,14 +43,27 @@ void EdgeContacts::meet(std::uint32_t sphere, const Solid& solid, const Vec3& no
 
 void EdgeContacts::strike(std::uint32_t sphere, const Solid& solid, const Impact& impact,
                           Motion& motion) {
-  const double mass = properties_.mass(sphere);
   const double speed = impact.approachSpeed;
   const Plane& plane = bodies_.walls[solid.firstFace].plane;
   const double rebound = properties_.wallRestitution(sphere, plane, speed) * speed;
-  rest_.addBounceEnergy(sphere, 0.5 * mass * (speed - rebound) * (speed + rebound));
-  reporter_.report(reporter_.sideOf(sphere, motion), reporter_.edgeSideOf(solid),
-                   {impact.normal, speed, mass, mass * (speed + rebound)});
-  motion.velocity += (speed + rebound) * impact.normal;
+  const auto reportBounce = [&](double mass) {
+    rest_.addBounceEnergy(sphere, 0.5 * mass * (speed - rebound) * (speed + rebound));
+    reporter_.report(reporter_.sideOf(sphere, motion), reporter_.edgeSideOf(solid),
+                     {impact.normal, speed, mass, mass * (speed + rebound)});
+  };
+  if (!linkage_.hasRods(sphere)) {
+    reportBounce(properties_.mass(sphere));
+    motion.velocity += (speed + rebound) * impact.normal;
+    return;
+  }
+  // Rods take part in the impulse.
+  const ImpulseResponse response = responses_.impulseResponse(
+      {motion, {}, impact.normal, speed, sphere, ContactPair::kImmovable});
+  const double compliance = response.compliance(impact.normal);
+  const double mass = compliance > 0.0 ? 1.0 / compliance : 0.0;
+  reportBounce(mass);
+  motion.velocity += mass * (speed + rebound) * response.velocityChange;
+  applyToLinked(response, mass * (speed + rebound), trajectories_);
 }
 
 /// Resolves a contact slower than the rest speed: elastic, except for a hop, and unreported.

@@ -35,6 +35,7 @@ class EdgeContacts {
 
   const Bodies& bodies_;
   const SphereProperties& properties_;
+  const Linkage& linkage_;
   const ResponseModel& responses_;
   Trajectories& trajectories_;
   RestTracker& rest_;

@@ -14,6 +14,7 @@ constexpr double kMostHop = 0.4;  ///< relative to the rest speed: a hop is rest
 OscillatingContacts::OscillatingContacts(const ContactParts& parts)
     : bodies_(parts.bodies),
       properties_(parts.properties),
+      linkage_(parts.linkage),
       responses_(parts.responses),
       trajectories_(parts.trajectories),
       rest_(parts.rest),
@@ -65,25 +66,41 @@ void OscillatingContacts::bounce(const Arrival& arrival, Motion& motion) {
     const double compliance = dotInOrder(direction, change);
     if (!(compliance > 0.0)) return;
     direction = change / compliance;
+  } else if (linkage_.hasRods(sphere)) {
+    return bounceOnRods(arrival, rebound.speed, motion);
   } else {
-    report(arrival, motion, rebound.speed);
-    rest_.addBounceEnergy(
-        sphere, 0.5 * properties_.mass(sphere) * (speed - rebound.speed) * (speed + rebound.speed));
+    report(arrival, motion, properties_.mass(sphere), rebound.speed);
   }
   motion.velocity += (speed + rebound.speed) * direction;
 }
 
-void OscillatingContacts::report(const Arrival& arrival, const Motion& motion, double rebound) {
+/// Lets a sphere bounce that has rods: these take part in the impulse.
+void OscillatingContacts::bounceOnRods(const Arrival& arrival, double rebound, Motion& motion) {
+  const Vec3& normal = bodies_.walls[arrival.wall].plane.normal;
+  const ImpulseResponse response = responses_.impulseResponse(
+      {motion, {}, normal, arrival.approachSpeed, arrival.sphere, ContactPair::kImmovable});
+  const double compliance = response.compliance(normal);
+  const double mass = compliance > 0.0 ? 1.0 / compliance : 0.0;
+  report(arrival, motion, mass, rebound);
+  const double impulse = mass * (arrival.approachSpeed + rebound);
+  motion.velocity += impulse * response.velocityChange;
+  applyToLinked(response, impulse, trajectories_);
+}
+
+/// Reports a bounce that a mass takes part in, and counts the energy that it loses.
+void OscillatingContacts::report(const Arrival& arrival, const Motion& motion, double mass,
+                                 double rebound) {
   const Wall& wall = bodies_.walls[arrival.wall];
   const Vec3& normal = wall.plane.normal;
-  const double mass = properties_.mass(arrival.sphere);
+  const double speed = arrival.approachSpeed;
+  rest_.addBounceEnergy(arrival.sphere, 0.5 * mass * (speed - rebound) * (speed + rebound));
   const double radius = bodies_.radii[arrival.sphere];
   const double angular = wall.oscillation.angularFrequency();
   reporter_.report(
       reporter_.sideOf(arrival.sphere, motion),
       {wall.plane.id, kNever, motion.position - radius * normal,
        wall.plane.velocity + (angular * arrival.cosine) * wall.plane.oscillation.amplitude},
-      {normal, arrival.approachSpeed, mass, mass * (arrival.approachSpeed + rebound)});
+      {normal, speed, mass, mass * (speed + rebound)});
 }
 
 }  // namespace carom::native

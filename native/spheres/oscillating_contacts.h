@@ -35,10 +35,12 @@ class OscillatingContacts {
 
   Rebound rebound(const Arrival& arrival, const Motion& motion) const;
   void bounce(const Arrival& arrival, Motion& motion);
-  void report(const Arrival& arrival, const Motion& motion, double rebound);
+  void bounceOnRods(const Arrival& arrival, double rebound, Motion& motion);
+  void report(const Arrival& arrival, const Motion& motion, double mass, double rebound);
 
   const Bodies& bodies_;
   const SphereProperties& properties_;
+  const Linkage& linkage_;
   const ResponseModel& responses_;
   Trajectories& trajectories_;
   RestTracker& rest_;

@@ -267,7 +267,7 @@ void WorldSession::describeBodies(RunRecorder& run) {
 
 /// Tells runs where bodies are that have moved, but for those that ring, whose poses all know.
 void WorldSession::tellPoses() {
-  if (!keepsRuns()) return;
+  if (!keepsRuns() || !hasWorld()) return;
   for (int i = 0; i < world_.getNumCollisionObjects(); ++i) {
     const btCollisionObject& object = *world_.getCollisionObjectArray()[i];
     const Result<BodyId> id = bridge_->bodyId(object);

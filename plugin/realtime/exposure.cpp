@@ -31,17 +31,28 @@ void Exposure::advance(std::int64_t begin, std::int64_t end) noexcept {
   steps_.publish();
 }
 
+/// Takes over what has been announced, as much as there is room for.
+void Exposure::receive() noexcept {
+  for (; awaitedCount_ < awaited_.size() && announcements_.readable(1) > 0; ++awaitedCount_) {
+    awaited_.at(awaitedCount_) = announcements_.peek();
+    announcements_.drop(1);
+  }
+}
+
 /// Takes what is heard within the time of an attack.
 void Exposure::takeAnnouncements(std::int64_t position) noexcept {
-  while (announcements_.readable(1) > 0) {
-    const Announcement next = announcements_.peek();
-    if (next.sample > position + attack_) return;
-    announcements_.drop(1);
-    if (next.isSound)
+  receive();
+  std::size_t kept = 0;
+  for (std::size_t index = 0; index < awaitedCount_; ++index) {
+    const Announcement& next = awaited_.at(index);
+    if (next.sample > position + attack_)
+      awaited_.at(kept++) = next;
+    else if (next.isSound)
       hear(next.pressure);
     else if (!hasHeard_)
       level_ = std::max(level_, next.pressure);
   }
+  awaitedCount_ = kept;
 }
 
 /// True if the simulation moves at that sample.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -59,6 +60,7 @@ class Exposure {
   };
 
   void announce(const Announcement& announcement) noexcept;
+  void receive() noexcept;
   void beginBlock(std::int64_t position) noexcept;
   void takeAnnouncements(std::int64_t position) noexcept;
   bool isMoving(std::int64_t position) noexcept;
@@ -69,6 +71,9 @@ class Exposure {
   SpscQueue<Step> steps_{kMostMarks};
 
   // The audio thread's members.
+  /// Announcements that are not due: what is far away comes later than what is told after it.
+  std::array<Announcement, 256> awaited_{};
+  std::size_t awaitedCount_ = 0;
   std::int64_t attack_;      // samples
   double approach_;          // share of the way to its goal that the gain goes in a block, in dB
   double falling_;           // factor on the level in a block

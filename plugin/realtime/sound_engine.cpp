@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "audio/run/open_contacts.h"
 #include "plugin/realtime/statistics_fields.h"
 
 namespace carom::plugin {
@@ -43,13 +44,21 @@ std::size_t nodesOf(const SoundSettings& settings, double seconds) {
   return static_cast<std::size_t>(ofSlides) + kMostImpactNodes * settings.budget.ringingBodies;
 }
 
+/// Of the longest contact: a step of a slide that lasts longer is sent in parts.
+constexpr double kLongestStep = 0.9;
+
 /// Ways of rings, from a body to a channel, that are followed as they move: a motion costs as much
 /// as the mode's resonators in some hundred samples.
 std::size_t followedWays(const SoundSettings& settings) {
   return std::max<std::size_t>(settings.budget.ringingBodies / 4, 1);
 }
-/// Motions of a way that may wait: most are of 512 samples.
-constexpr std::size_t kMotionsPerWay = 16;
+/// Motions of a way that may wait for what is told ahead and a sound's way: most are of 512
+/// samples.
+std::size_t motionsPerWay(const SoundSettings& settings) {
+  constexpr double kWay = 0.1;  // s
+  const double waiting = (settings.latency + kWay) * settings.synth.sampleRate;
+  return 8 + static_cast<std::size_t>(std::ceil(waiting / 256.0));
+}
 
 /// Returns the number of recoils that can be heard at a time: as many as half of the buses suffice
 /// for, as each of its poles has a bus for each channel and chain of walls.
@@ -73,7 +82,8 @@ RendererCapacity rendererCapacity(const SoundSettings& settings, const SoundPath
           .modes = {.banks = budget.ringingBodies,
                     .modes = budget.modes,
                     .excitations = 4 * budget.ringingBodies,
-                    .motions = kMotionsPerWay * followedWays(settings),
+                    .motions = motionsPerWay(settings) * followedWays(settings),
+                    .dampings = 4 * budget.ringingBodies,
                     .longestContact = budget.longestContact}};
 }
 
@@ -89,7 +99,8 @@ SoundQueue::Capacity queueCapacity(const SoundSettings& settings, const SoundPat
           .modes = ResonatorKernels::padded(settings.budget.modes),
           .nodes = nodes,
           .waitingClicks = 2 * clicks,
-          .waitingExcitations = 2 * renderer.modes.excitations + renderer.modes.motions,
+          .waitingExcitations =
+              2 * renderer.modes.excitations + renderer.modes.motions + renderer.modes.dampings,
           .waitingNodes = 2 * nodes,
           .hasEars = paths.hasHeads,
           .powers = (paths.channels.size() + 1) * kThirdOctaves,
@@ -151,6 +162,7 @@ SoundEngine::SoundEngine(const SoundSettings& settings,
   const std::size_t ways = 8 * followedWays(settings) / (7 + paths->paths.size());
   scheduler_.followLive(std::max(ways, paths->channels.size()));
   scheduler_.limitRecoils(recoilsOf(settings, *paths));
+  scheduler_.limitSteps(kLongestStep * settings.budget.longestContact);
   if (settings_.level == Level::automatic) exposure_.emplace(settings_.synth.sampleRate);
   for (std::size_t channel = 0; channel < paths->channels.size(); ++channel)
     planarChannels_.push_back(&planar_[channel * kInterleavedFrames]);
@@ -208,7 +220,7 @@ void SoundEngine::advanceTo(double seconds) {
   counters_.stalls += step == TimelineStep::stalled ? 1 : 0;
   counters_.jumps += step == TimelineStep::jumped ? 1 : 0;
   if (step == TimelineStep::skipped) {
-    counters_.skipped += events_.size();
+    skipStep(seconds);
   } else {
     scheduleStep(seconds, before);
     exposeStep(std::exchange(time_, seconds), seconds);
@@ -220,13 +232,27 @@ void SoundEngine::advanceTo(double seconds) {
   std::swap(contacts_, later_);
 }
 
+/// Lets a step pass unheard, but for what its contacts damp from then on.
+void SoundEngine::skipStep(double seconds) {
+  counters_.skipped += events_.size();
+  for (const ContactState& contact : contacts_)
+    skipped_.insert_or_assign({contact.body, contact.other}, contact);
+  if (seconds > time_) scheduler_.leap(seconds - time_);  // what rings does so meanwhile
+}
+
 /// Schedules the step that ends at `seconds`. Where the clock has leapt in it, what was posted
 /// before is still of the time line before.
 void SoundEngine::scheduleStep(double seconds, const SoundTimeline& before) {
   const auto isOld = [&](double time) {
     return seconds < time_ && isBeforeLeap(time, time_, seconds);
   };
-  std::erase_if(contacts_, [&](const ContactState& contact) { return isOld(contact.time); });
+  for (const auto& [pair, contact] : std::exchange(skipped_, {}))
+    scheduler_.updateDamping(stillAt(contact, time_), timeline_.shiftAt(time_), step_);
+  std::erase_if(contacts_, [&](const ContactState& contact) {
+    if (!isOld(contact.time)) return false;
+    scheduler_.updateDamping(contact, before.shiftAt(contact.time), step_);
+    return true;
+  });
   updateContacts();
   for (std::size_t index = 0; index < events_.size(); ++index) {
     changeBodies(index);

@@ -5,9 +5,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "audio/scheduling/contact_sound_scheduler.h"
@@ -98,6 +100,7 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
 
   bool changes(BodyId id) const;
   void changeBodies(std::size_t event);
+  void skipStep(double seconds);
   void updateContacts();
   void updateContact(const ContactState& contact, double rank, double least);
   void exposeStep(double from, double to);
@@ -119,9 +122,11 @@ class SoundEngine {  // NOLINT(clang-analyzer-optin.performance.Padding)
   std::vector<ContactState> contacts_;  // lasting ones of the step in hand
   std::deque<BodyChange> changes_;      // in order
   std::vector<ContactState> later_;     // lasting ones of bodies that have changed in it
-  std::vector<double> slideRanks_;      // by contact of the moment in hand
-  std::vector<double> sortedRanks_;     // scratch for rankToSlide
-  SoundStatistics counters_;            // counts of this thread
+  /// The latest states of lasting contacts in steps that were skipped: they are told once.
+  std::map<std::pair<BodyId, BodyId>, ContactState> skipped_;
+  std::vector<double> slideRanks_;   // by contact of the moment in hand
+  std::vector<double> sortedRanks_;  // scratch for rankToSlide
+  SoundStatistics counters_;         // counts of this thread
 
   SoundQueue queue_;
   StepSounds step_;  // of the simulation's thread

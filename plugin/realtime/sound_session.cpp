@@ -290,6 +290,9 @@ Status SoundSession::setBody(BodyId id, const SoundBody& body) {
     std::erase_if(validModels, [](const auto& model) { return model.second.expired(); });
     validModels.insert_or_assign(body.modal.get(), body.modal);
   }
+  const auto before = bodies.find(id);
+  const bool hasOtherModes =
+      body.modal != nullptr && before != bodies.end() && before->second.modal != body.modal;
   bodies.insert_or_assign(id, body);
   if (body.modal != nullptr)
     bodiesWithModes.insert(id);
@@ -303,8 +306,19 @@ Status SoundSession::setBody(BodyId id, const SoundBody& body) {
   });
   if (!set) return set;
   if (bounds) (void)bounds->scheduler().setBody(id, body);
-  if (engine) return engine->setBody(id, body);
-  return std::monostate{};
+  if (engine) set = engine->setBody(id, body);
+  if (hasOtherModes) tellTouches(id);
+  return set;
+}
+
+/// Tells the outputs what touches a body whose modes are others now: it has been told once.
+void SoundSession::tellTouches(BodyId id) {
+  for (const ContactState& contact : touched.at(time)) {
+    if (contact.body != id && contact.other != id) continue;
+    forEachRun([&](RunRecorder& run) { run.updateContact(contact); });
+    forEachRecorder([&](SoundRecorder& each) { each.updateContact(contact, false); });
+    if (engine) engine->updateContact(contact);
+  }
 }
 
 void SoundSession::removeBody(BodyId id) {

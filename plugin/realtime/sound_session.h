@@ -64,6 +64,7 @@ struct SoundSession : std::enable_shared_from_this<SoundSession> {
 
   Status setBody(BodyId id, const SoundBody& body);
   void removeBody(BodyId id);
+  void tellTouches(BodyId id);
   /// Begins to bound the pressure of events, for a host that is told of them.
   void listen();
   void post(const ImpulseEvent& event);

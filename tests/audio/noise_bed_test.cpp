@@ -81,6 +81,27 @@ TEST(NoiseBed, FadesWhenNothingFollows) {
     ASSERT_LT(std::abs(samples[i] - samples[i - 1]), 1.0) << i;
 }
 
+// The listener has jumped towards what slides: its next step is heard before those on their way.
+TEST(NoiseBed, WhatIsHeardEarlierTakesThePlaceOfWhatIsStillOnItsWay) {
+  const auto energyOf = [](bool hasFar) {
+    NoiseBed bed(48000.0, kChannels, 8);
+    const std::vector<float> faint = powersAt(0, 12, 1e-9F);
+    const std::vector<float> powers = powersAt(0, 12, 1.0F);
+    if (hasFar) {
+      EXPECT_TRUE(bed.add({.at = 40800, .since = 40000, .lasting = 800, .powers = faint}));
+      EXPECT_TRUE(bed.add({.at = 41600, .since = 40800, .lasting = 800, .powers = faint}));
+    }
+    for (std::int64_t at = 800; at <= 4000; at += 800)
+      EXPECT_TRUE(bed.add({.at = at, .since = at - 800, .lasting = 800, .powers = powers}));
+    double energy = 0.0;
+    for (const double sample : rendered(bed, 4800, 480))
+      energy += sample * sample;
+    return energy;
+  };
+  EXPECT_GT(energyOf(false), 0.0);
+  EXPECT_EQ(energyOf(true), energyOf(false));
+}
+
 TEST(NoiseBed, RefusesWhatItHasNoRoomFor) {
   NoiseBed bed(48000.0, kChannels, 2);
   const std::vector<float> powers = powersAt(0, 12, 1.0F);

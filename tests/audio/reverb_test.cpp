@@ -328,6 +328,27 @@ TEST(Reverb, IsTheSameHoweverItIsCutIntoBlocks) {
   }
 }
 
+// A microphone's pattern (1 - p) + p cos, squared, in the mean over a sphere, of which rings of
+// equal width in cos have equal parts.
+TEST(Reverb, AMicrophoneHearsItsMeanOverAllDirections) {
+  Reverb reverb = makeReverb(livingRoom(), 3);
+  const std::array<double, 3> patterns = {0.0, 0.5, 1.0};
+  for (std::size_t channel = 0; channel < patterns.size(); ++channel)
+    reverb.setPattern(channel, patterns[channel]);
+  Reverb same = makeReverb(livingRoom(), 3);
+  const auto heard = run(reverb, impulse(0.5));
+  const auto all = run(same, impulse(0.5));
+  for (std::size_t channel = 0; channel < patterns.size(); ++channel) {
+    double mean = 0.0;
+    constexpr int kRings = 1000;
+    for (int ring = 0; ring < kRings; ++ring) {
+      const double cosine = -1.0 + (2.0 * ring + 1.0) / kRings;
+      mean += std::pow(1.0 - patterns[channel] + patterns[channel] * cosine, 2.0) / kRings;
+    }
+    EXPECT_NEAR(energy(heard[channel]) / energy(all[channel]), mean, 1e-5) << patterns[channel];
+  }
+}
+
 TEST(Reverb, AddsToWhatIsThere) {
   Reverb one = makeReverb(livingRoom());
   Reverb two = makeReverb(livingRoom());

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <complex>
 #include <cstdint>
 #include <numbers>
 #include <vector>
@@ -275,6 +276,53 @@ TEST(SynthRing, DecaysFasterWhileItIsTouched) {
   EXPECT_NEAR(decayBetween(heard, 0.05, 0.18), own, 0.05);
   EXPECT_NEAR(decayBetween(heard, 0.22, 0.37), own + added, 0.02 * (own + added));
   EXPECT_NEAR(decayBetween(heard, 0.43, 0.7), own, 0.05);
+}
+
+// A mode q and a mass x on one another through a spring k (1 + i eta): the decay rate is the
+// imaginary part of the root w of
+//     w0^2 - w^2 + phi^2 K(w) = 0,   K(w) = -m w^2 kappa / (kappa - m w^2),   kappa = k (1 + i eta)
+// near w0, found by Newton's method.
+TEST(SynthRing, WhatIsLightSwingsAlongAndTakesLess) {
+  const double frequency = 1000.0;
+  const double load = 1e-4;
+  const Material& steel = *findMaterial("steel");
+  const double effective =
+      steel.youngsModulus / (2.0 * (1.0 - steel.poissonsRatio * steel.poissonsRatio));
+  const double depth = std::pow(load / (4.0 / 3.0 * std::sqrt(0.5e-3) * effective), 2.0 / 3.0);
+  const double stiffness = 1.5 * load / depth;
+  for (const double mass : {3e-4, 1e-3}) {
+    SynthSettings settings;
+    settings.contactLoss = 0.05;
+    Synth synth = floorRings(dropOnBox(0.01), {{frequency, 3.0, 1.0}}, settings);
+    constexpr BodyId kLid = 7;
+    const SoundBody lid{.material = steel, .mass = mass, .radius = 1e-3};  // as blunt as an edge
+    ASSERT_TRUE(synth.setBody(kLid, lid));
+    synth.schedule(floorShare(dropOnBox(0.01)));
+    ContactState contact;
+    contact.body = kLid;
+    contact.other = kFloor;
+    contact.normal = Vec3::UnitZ();
+    contact.normalLoad = load;
+    contact.otherPathStart = contact.otherPathEnd = Vec3(0.0, 0.0, 0.01);
+    contact.time = 0.1;
+    contact.duration = 1e-3;
+    synth.updateContact(contact);
+    const std::complex<double> kappa(stiffness, settings.contactLoss * stiffness);
+    const double own = 2.0 * std::numbers::pi * frequency;
+    const auto residue = [&](std::complex<double> w) {
+      const std::complex<double> inertia = mass * w * w;
+      return own * own - w * w - 25.0 * inertia * kappa / (kappa - inertia);
+    };
+    std::complex<double> w = own;
+    for (int step = 0; step < 20; ++step) {
+      const std::complex<double> slope = (residue(w + 1e-3) - residue(w - 1e-3)) / 2e-3;
+      w -= residue(w) / slope;
+    }
+    const double added = std::abs(w.imag());
+    ASSERT_LT(added, 3.0);
+    EXPECT_NEAR(decayBetween(renderMono(synth, 24000), 0.15, 0.4) - 3.0, added, 0.1 * added + 0.01)
+        << mass;
+  }
 }
 
 TEST(SynthRing, ATouchThatDampsNothingChangesNoBits) {

@@ -184,6 +184,57 @@ TEST(Rods, KeepTheirLengthOnAWallToo) {
   }
 }
 
+/// A bob of a pendulum without gravity, at 1 m/s, which an obstacle meets at half a right angle.
+SphereWorld bobBefore(double restitution) {
+  SphereWorld world;
+  world.spheres = {sphereAt(1, {0.0, -1.0, 0.0}, {1.0, 0.0, 0.0})};
+  world.spheres[0].restitution = restitution;
+  world.rods = {{1, kAnchor, Vec3::Zero()}};
+  return world;
+}
+
+// The rod takes part in the impulse, so that the bob swings back with its restitution's share.
+TEST(Rods, ABobSwingsBackFromTheEdgeOfABlock) {
+  for (const double restitution : {1.0, 0.5}) {
+    SphereWorld world = bobBefore(restitution);
+    const double aside = 0.2;
+    const Vec3 contact(std::sin(aside), -std::cos(aside), 0.0);
+    const Vec3 normal = Vec3(-1.0, 1.0, 0.0).normalized();
+    const Vec3 edge = contact - world.spheres[0].radius * normal;
+    Box block;
+    block.id = 9;
+    block.centre = edge + Vec3(0.5, -0.5, 0.0);
+    block.halfExtents = Vec3::Constant(0.5);
+    block.restitution = restitution;
+    world.boxes = {block};
+    SphereStepper stepper = stepperOf(world);
+    stepper.advanceTo(0.3);
+    EXPECT_NEAR(stepper.state(0).velocity.norm(), restitution, 1e-6);
+    EXPECT_LT(stepper.state(0).velocity.x(), 0.0);
+    expectValid(stepper);
+  }
+}
+
+TEST(Rods, ABobSwingsBackFromAPlaneThatOscillates) {
+  for (const double restitution : {1.0, 0.5}) {
+    SphereWorld world = bobBefore(restitution);
+    const double aside = 0.2;
+    const Vec3 contact(std::sin(aside), -std::cos(aside), 0.0);
+    Plane plane;
+    plane.id = 9;
+    plane.restitution = restitution;
+    plane.normal = Vec3(-1.0, 1.0, 0.0).normalized();
+    plane.offset = plane.normal.dot(contact) - world.spheres[0].radius;
+    plane.oscillation = {.amplitude = 1e-9 * plane.normal, .frequency = 10.0};
+    world.planes = {plane};
+    SphereStepper stepper = stepperOf(world);
+    stepper.advanceTo(0.3);
+    EXPECT_NEAR(stepper.state(0).velocity.norm(), restitution, 1e-6);
+    EXPECT_LT(stepper.state(0).velocity.x(), 0.0);
+    expectValid(stepper);
+  }
+}
+
 TEST(Rods, SwingingCradlePassesItsSwingOnAndBack) {
   for (const double gap : {0.0, 1e-7}) {
     const double angle = 0.5;

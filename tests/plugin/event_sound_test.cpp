@@ -500,6 +500,110 @@ TEST(EventSound, WhatIsPostedBeforeABodyIsRemovedIsHeard) {
   EXPECT_EQ(pulled(sound, 4800), offline(near(), {0.02, 0.022}, 4800));
 }
 
+/// A ball on a box that rings, told of once, and the decay (1/s) of a later blow on the box.
+class Touched {
+ public:
+  explicit Touched(SoundClock clock) : sound_(made(settingsOf(clock))) {
+    SoundBody box = drop(0.0).floor();
+    box.modal = boxOf({{1000.0, 2.0, 1.0}});
+    EXPECT_TRUE(sound_.setBody(kFloor, box));
+  }
+  EventSound& sound() { return sound_; }
+  void tell(ContactPhase phase) {
+    ContactState contact;
+    contact.body = kBall;
+    contact.other = kFloor;
+    contact.phase = phase;
+    contact.time = time_;
+    contact.duration = kStep;
+    contact.normal = Vec3::UnitZ();
+    contact.normalLoad = phase == ContactPhase::end ? 0.0 : 1e-4;
+    contact.otherPathStart = contact.otherPathEnd = Vec3(0.0, 0.0, 0.01);
+    sound_.updateContact(contact);
+  }
+  void step() { sound_.advanceTo(time_ += kStep); }
+  void goBack() { sound_.advanceTo(time_ = 0.0); }
+  void pull() { samples_ = pulled(sound_, 200); }
+  double decayOfABlow() {
+    sound_.post(floorShare(dropOnBox(time_)));
+    std::vector<float> all;
+    for (int count = 0; count < 240; ++count) {
+      step();
+      const std::vector<float> more = pulled(sound_, 200);
+      all.insert(all.end(), more.begin(), more.end());
+    }
+    const auto blow =
+        std::ranges::max_element(all, {}, [](float sample) { return std::abs(sample); });
+    const auto level = [&](std::ptrdiff_t after) {
+      double power = 0.0;
+      for (auto at = blow + after; at < blow + after + 2400; ++at)
+        power += static_cast<double>(*at) * static_cast<double>(*at);
+      return std::sqrt(power);
+    };
+    return std::log(level(4800) / level(14400)) / 0.2;
+  }
+
+ private:
+  static SoundSettings settingsOf(SoundClock clock) {
+    SoundSettings settings = near(clock);
+    settings.synth.contactLoss = 0.05;
+    return settings;
+  }
+  static constexpr double kStep = 1.0 / 240.0;
+  EventSound sound_;
+  double time_ = 0.0;
+  std::vector<float> samples_;
+};
+
+// Steps that come before the host's audio thread has begun are not heard.
+TEST(EventSound, KnowsWhatLayThereBeforeItWasFirstPulled) {
+  Touched touched(SoundClock::realTime);
+  touched.tell(ContactPhase::begin);
+  touched.step();
+  ASSERT_TRUE(touched.sound().prepareRendering(kRate));
+  touched.step();
+  touched.pull();
+  EXPECT_GT(touched.decayOfABlow(), 7.0);
+}
+
+TEST(EventSound, WhatPartsWhileStepsAreSkippedDampsNoMore) {
+  Touched touched(SoundClock::realTime);
+  ASSERT_TRUE(touched.sound().prepareRendering(kRate));
+  touched.pull();
+  for (int count = 0; count < 20; ++count) {
+    touched.step();
+    touched.pull();
+  }
+  touched.tell(ContactPhase::begin);
+  touched.step();
+  touched.pull();
+  for (int count = 0; count < 480; ++count) {  // at once: more than may wait
+    if (count == 300) touched.tell(ContactPhase::end);
+    touched.step();
+  }
+  for (int count = 0; count < 120; ++count) {
+    touched.pull();
+    touched.step();
+  }
+  EXPECT_NEAR(touched.decayOfABlow(), 2.0, 0.3);
+}
+
+TEST(EventSound, WhatPartsAsTheClockGoesBackDampsNoMore) {
+  for (const SoundClock clock : {SoundClock::simulation, SoundClock::realTime}) {
+    Touched touched(clock);
+    ASSERT_TRUE(touched.sound().prepareRendering(kRate));
+    touched.pull();
+    touched.tell(ContactPhase::begin);
+    for (int count = 0; count < 20; ++count) {
+      touched.step();
+      touched.pull();
+    }
+    touched.tell(ContactPhase::end);
+    touched.goBack();
+    EXPECT_NEAR(touched.decayOfABlow(), 2.0, 0.3);
+  }
+}
+
 // The id of what is taken away serves another body at once: what rang stays where it was.
 TEST(EventSound, ANewBodysPlaceDoesNotMoveWhatRangBeforeIt) {
   const auto heard = [](bool isMoved) {

@@ -54,6 +54,15 @@ TEST(Exposure, BringsAnAnnouncedFirstBlowToItsTargetWhateverItsPressure) {
   }
 }
 
+// A landing that is far away has been announced before a blow nearby, and comes after it.
+TEST(Exposure, AFarSoundDoesNotHoldUpANearOne) {
+  Exposed exposed;
+  exposed.exposure.expect(40000, 1.0);
+  exposed.exposure.expect(20000, 50.0);
+  const std::vector<float> samples = exposed.apply(clickAt(20000, 50.0F));
+  EXPECT_NEAR(decibels(static_cast<double>(samples[20000]) / Exposure::kTarget), 0.0, 1.0);
+}
+
 TEST(Exposure, KeepsWhatIsHardlyAudibleQuiet) {
   Exposed exposed;
   exposed.exposure.expect(20000, 1e-4);
