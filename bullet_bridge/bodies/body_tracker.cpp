@@ -117,7 +117,7 @@ bool touchesNothing(const btCollisionObject& object) {
   return !object.hasContactResponse() ||
          (object.getInternalType() &
           (btCollisionObject::CO_RIGID_BODY | btCollisionObject::CO_FEATHERSTONE_LINK |
-           btCollisionObject::CO_COLLISION_OBJECT)) == 0;
+           btCollisionObject::CO_COLLISION_OBJECT | btCollisionObject::CO_GHOST_OBJECT)) == 0;
 }
 
 BodyKind kindOf(const btCollisionObject& object) {

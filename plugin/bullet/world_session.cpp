@@ -164,6 +164,7 @@ void WorldSession::postEvents() {
     isQuiet_ = false;
     isFirst = !isFirst;
     if (!isRead(event.body) || !isRead(event.other)) readNew();
+    readChanged(event.body);
     if (isSilent(event.body) || isSilent(event.other)) {
       ++silenced_;
     } else {
@@ -324,10 +325,12 @@ void WorldSession::read(BodyId id, const btCollisionObject& object) {
   KnownBody& known = known_[id];
   if (isRead_.size() <= id) {
     isRead_.resize(id + 1);
+    asRead_.resize(id + 1);
     isSilent_.resize(id + 1);
     isPending_.resize(id + 1);
   }
   isRead_[id] = true;
+  asRead_[id] = seenAs(object);
   mergeUnseen(object, known.assigned);
   known.isUnsolved = reading.unsolved.has_value();
   known.isLink = reading.isLink;
@@ -380,6 +383,24 @@ void WorldSession::readWithIndex(UserIndex userIndex) {
   readWhere([userIndex](const btCollisionObject& object) {
     return object.getUserIndex() == userIndex.value;
   });
+}
+
+WorldSession::AsRead WorldSession::seenAs(const btCollisionObject& object) {
+  AsRead seen{.shape = object.getCollisionShape()};
+  const btRigidBody* const rigid = btRigidBody::upcast(&object);
+  if (rigid != nullptr) seen.inverseMass = rigid->getInvMass();
+  seen.moves = !object.isStaticOrKinematicObject();
+  return seen;
+}
+
+/// Reads a body again that can move, and that the host has released, or given another mass or
+/// shape, since it was read.
+void WorldSession::readChanged(BodyId id) {
+  const btCollisionObject* const object = isRead(id) ? bridge_->bodyOf(id) : nullptr;
+  if (object == nullptr || object->isStaticOrKinematicObject()) return;
+  if (asRead_[id] == seenAs(*object)) return;
+  beginReading();
+  read(id, *object);
 }
 
 void WorldSession::readNew() {

@@ -71,6 +71,13 @@ class WorldSession final : public SoundSession {
     int absent = 0;                                 // substeps since it left the world, if counted
     Eigen::Matrix3d inverseInertia = Eigen::Matrix3d::Zero();  // for when it does not
   };
+  /// What decides how a body is read, and a host may change.
+  struct AsRead {
+    const btCollisionShape* shape = nullptr;
+    btScalar inverseMass = 0;
+    bool moves = false;
+    bool operator==(const AsRead&) const = default;
+  };
   /// The sound assigned to a body that no substep has seen yet, and that so has no id. Another body
   /// may come to its address.
   struct UnseenBody {
@@ -114,6 +121,8 @@ class WorldSession final : public SoundSession {
   void readWhere(const IsWanted& isWanted);
   void readWithShape(const btCollisionShape& shape);
   void readWithIndex(UserIndex userIndex);
+  static AsRead seenAs(const btCollisionObject& object);
+  void readChanged(BodyId id);
   void readNew();
   void readColliding();
   void read(BodyId id, const btCollisionObject& object);
@@ -127,6 +136,7 @@ class WorldSession final : public SoundSession {
   BodyReader reader_;
   std::unordered_map<BodyId, KnownBody> known_;
   std::vector<bool> isRead_;       // by id: it was in known_ at some time; asked for every event
+  std::vector<AsRead> asRead_;     // by id; as long as isRead_
   std::vector<bool> isSilent_;     // by id; as long as isRead_
   std::vector<bool> isPending_;    // by id; as long as isRead_: it waits for its shape
   std::uint64_t givenShapes_ = 0;  // solutions that were known when bodies got theirs

@@ -25,7 +25,7 @@ class AudioDevice::Impl {
     if (initialised_) SDL_QuitSubSystem(SDL_INIT_AUDIO);
   }
 
-  Status open(double sampleRate);
+  Status open(double sampleRate, bool isRateFixed);
   double sampleRate() const { return sampleRate_; }
   void start(Fill fill) {
     fill_ = std::move(fill);
@@ -41,7 +41,7 @@ class AudioDevice::Impl {
   Fill fill_;
 };
 
-Status AudioDevice::Impl::open(double sampleRate) {
+Status AudioDevice::Impl::open(double sampleRate, bool isRateFixed) {
   // SDL would take SIGINT and SIGTERM from the host, as it has audio tell of itself by events.
   SDL_SetHint(SDL_HINT_NO_SIGNAL_HANDLERS, "1");
   if (SDL_InitSubSystem(SDL_INIT_AUDIO) != 0)
@@ -55,7 +55,8 @@ Status AudioDevice::Impl::open(double sampleRate) {
   wanted.callback = &Impl::pull;
   wanted.userdata = this;
   SDL_AudioSpec obtained{};
-  device_ = SDL_OpenAudioDevice(nullptr, 0, &wanted, &obtained, SDL_AUDIO_ALLOW_FREQUENCY_CHANGE);
+  const int changes = isRateFixed ? 0 : SDL_AUDIO_ALLOW_FREQUENCY_CHANGE;
+  device_ = SDL_OpenAudioDevice(nullptr, 0, &wanted, &obtained, changes);
   if (device_ == 0)
     return Error{std::string("audio device: the default one cannot be opened: ") + SDL_GetError()};
   sampleRate_ = static_cast<double>(obtained.freq);
@@ -69,9 +70,9 @@ void SDLCALL AudioDevice::Impl::pull(void* self, Uint8* bytes, int length) {
   static_cast<Impl*>(self)->fill_(samples, frames);
 }
 
-Result<AudioDevice> AudioDevice::open(double sampleRate) {
+Result<AudioDevice> AudioDevice::open(double sampleRate, bool isRateFixed) {
   auto impl = std::make_unique<Impl>();
-  if (const Status opened = impl->open(sampleRate); !opened) return opened.error();
+  if (const Status opened = impl->open(sampleRate, isRateFixed); !opened) return opened.error();
   return AudioDevice(std::move(impl));
 }
 

@@ -16,8 +16,9 @@ class AudioDevice {
   using Fill = std::function<void(float* samples, std::size_t frames)>;
 
   /// Opens the device, as yet silent; asks for that rate (Hz), and takes the device's own if it has
-  /// another. Refuses: no device, a build without SDL.
-  static Result<AudioDevice> open(double sampleRate);
+  /// another, unless the rate is fixed: SDL converts it then. Refuses: no device, a build without
+  /// SDL.
+  static Result<AudioDevice> open(double sampleRate, bool isRateFixed);
   AudioDevice(AudioDevice&&) noexcept;
   AudioDevice& operator=(AudioDevice&&) noexcept;
   ~AudioDevice();  ///< waits for a `fill` that is under way

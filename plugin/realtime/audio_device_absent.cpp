@@ -8,7 +8,7 @@ namespace carom::plugin {
 
 class AudioDevice::Impl {};
 
-Result<AudioDevice> AudioDevice::open(double) {
+Result<AudioDevice> AudioDevice::open(double, bool) {
   return Error{
       "audio device: this build has none (CAROM_DEVICE is off); "
       "pull samples with prepareRendering and render"};

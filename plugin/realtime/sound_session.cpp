@@ -473,7 +473,10 @@ Status SoundSession::play() {
   if (device) return std::monostate{};
   if (engine)
     return Error{"sound: samples are pulled by the host (prepareRendering); stop before play"};
-  Result<AudioDevice> opened = AudioDevice::open(settings.synth.sampleRate);
+  // A head of the host's own is of one sample rate.
+  const bool hasOwnHead = std::ranges::any_of(
+      settings.listeners, [](const Listener& listener) { return listener.hrtf != nullptr; });
+  Result<AudioDevice> opened = AudioDevice::open(settings.synth.sampleRate, hasOwnHead);
   if (!opened) return Error{"sound: " + opened.error().message};
   const SoundSettings wanted = deviceSettings(settings, opened->sampleRate());
   if (Status made = makeEngine(wanted); !made) return made;
