@@ -138,11 +138,13 @@ void warnOf(const std::string& file, const MeshAnalysis& analysis, std::optional
   if (analysis.model.modes.empty())
     warn(file +
          ": no mode lies from 20 Hz to 20 kHz; is its size right? --scale says what one unit is");
-  if (analysis.degreesOfFreedom && !analysis.reachedAccuracy && sought) {
+  const std::optional<double> worst = worstError(analysis.model);
+  if (sought && worst && *worst > *sought) {
     std::ostringstream text;
-    text << file << ": the finest grid that half a minute and 4 GB allow ("
-         << *analysis.degreesOfFreedom << " degrees of freedom) has errors of up to "
-         << std::setprecision(2) << 100.0 * worstError(analysis.model).value_or(0.0) << " %, and "
+    text << file << ": the finest grid that half a minute and 4 GB allow";
+    if (analysis.degreesOfFreedom)
+      text << " (" << *analysis.degreesOfFreedom << " degrees of freedom)";
+    text << " has errors of up to " << std::setprecision(2) << 100.0 * *worst << " %, and "
          << 100.0 * *sought << " % was asked for; --dofs takes a finer one";
     warn(text.str());
   }

@@ -139,7 +139,8 @@ std::vector<std::string> renderWarnings(const RenderReport& report, const Render
     warnings.push_back(std::move(peak));
   if (report.synth.late > 0)
     warnings.push_back(std::to_string(report.synth.late) +
-                       " contacts last longer than 50 ms and lost the beginning of their sound");
+                       " contacts lost the beginning of their sound: they last longer than 50 ms, "
+                       "or came as the sound began");
   return warnings;
 }
 

@@ -79,6 +79,10 @@ std::uint64_t mixed(std::uint64_t hash, const btVector3& vector) {
   return hash;
 }
 
+// s, after which a kinematic body that has a velocity, but stays where it is, is a belt: its
+// surface moves, as Bullet takes it to.
+constexpr double kBelt = 0.1;
+
 // Children of a compound that are looked at in each substep. Of more, the first ones count, and
 // what Bullet itself has been told of the others.
 constexpr int kMostChildren = 256;
@@ -426,6 +430,7 @@ void BodyTracker::beginKinematic(TrackedBody& body, MotionHistory& history, doub
     history.orientation = toQuat(target);
     history.followed = true;
   }
+  history.fixedFor = history.target == target ? history.fixedFor + dt : 0.0;
   history.target = target;
   const KinematicMove move{motion.start - history.position,
                            turnRate(history.orientation, toQuat(target), 1.0), velocity, angular};
@@ -433,6 +438,9 @@ void BodyTracker::beginKinematic(TrackedBody& body, MotionHistory& history, doub
   if (!(duration > 0.5 * dt && move.isOnCourse(duration, body.radius))) {
     history.position = motion.start;
     history.orientation = toQuat(target);
+    if (history.fixedFor < kBelt) return;
+    motion.velocityBefore = motion.velocityAfter = motion.velocityFree = velocity;
+    motion.angularBefore = motion.angularAfter = motion.angularFree = angular;
     return;
   }
   motion.start = history.position;

@@ -151,6 +151,7 @@ class BodyTracker {
     Vec3 position = Vec3::Zero();
     Quat orientation = Quat::Identity();
     btTransform target = btTransform::getIdentity();  // where Bullet has put the body
+    double fixedFor = 0.0;                            // s, for which it has been there
     btMatrix3x3 node = btMatrix3x3::getIdentity();    // basis at the node up to which turns count
     btMatrix3x3 start = btMatrix3x3::getIdentity();   // partial bodies: basis at the start
     // Links, of the latest substep without a push: acceleration (m/s^2), and mean velocity less

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "bullet_bridge/geometry/impact_time.h"
 
@@ -18,6 +19,8 @@ constexpr double kOtherSide = 0.5;
 // Depth of a point of Bullet, relative to the smaller radius, from which on the bodies surely
 // overlap.
 constexpr double kOverlap = 1e-3;
+// s, since the last impact of a pair, within which a host that pushes it together again holds it.
+constexpr double kHeld = 0.1;
 
 // Upper bound (m/s) of the speed at which any two points of the pair approach each other at the
 // start of the substep.
@@ -241,7 +244,8 @@ void ContactClassifier::resolveContact(const PairMotion& now, const Proximity& s
   }
   if (record != nullptr && record->isSuppressed()) {
     if (!stillApproaches(now, start)) record->allowImpacts();
-  } else if (const FoundImpact* found = find(now, start, &solved, record)) {
+  } else if (const FoundImpact* found = find(now, start, &solved, record);
+             found != nullptr && !isPushedAgain(now.pair(), *found)) {
     record = &recordOf(now.pair(), record);
     beginUnlessRest(*record, *found, solved.restitution);
     if (found->solved && record->isImpacting()) {
@@ -254,13 +258,43 @@ void ContactClassifier::resolveContact(const PairMotion& now, const Proximity& s
     contacts_.update(recordOf(now.pair(), record), now, start, solved);
 }
 
+// True if a pair that has hit lately, and did not approach as the substep before ended, is pushed
+// together: by a host that sets a body's velocity in each frame, or pushes it by impulses, as it
+// lets a player walk against a wall. Such a pair is in contact.
+bool ContactClassifier::isPushedAgain(const ContactPair& pair, const FoundImpact& found) {
+  if (!found.solved || found.since < 0.0 || found.offset < 0.0 || found.points.empty())
+    return false;
+  Hit& hit = hitOf(pair.key());
+  const SubstepTime& substep = context_.clock.current();
+  if (hit.key != pair.key() || substep.start - hit.time > kHeld) return false;
+  const ContactPoint& point = found.points.front();
+  const std::optional<double> before =
+      ImpactFinder::approachAtEnd(previousOf(pair), point.position, point.normal);
+  if (!before) return false;
+  const double gained = substep.length * (pair.body->current.acceleration.norm() +
+                                          pair.other->current.acceleration.norm());
+  if (!(found.nodeSpeed > std::max(*before, 0.0) + kRocking * gained)) return false;
+  hit.time = substep.start;
+  return true;
+}
+
+void ContactClassifier::begin(PairRecord& record, const FoundImpact& found, double restitution) {
+  const std::uint64_t key = found.motion.pair().key();
+  hitOf(key) = {key, context_.clock.current().start};
+  impacts_.begin(record, found, restitution);
+}
+
+ContactClassifier::Hit& ContactClassifier::hitOf(std::uint64_t key) {
+  return hits_[(key * 0x9E3779B97F4A7C15U) >> (64U - kHitBits)];
+}
+
 // Suppresses the impact of bodies that lie on each other but for rounding.
 void ContactClassifier::beginUnlessRest(PairRecord& record, const FoundImpact& found,
                                         double restitution) {
   if (found.initialSpeed <= context_.settings.restSpeed)
     record.suppressImpacts();
   else
-    impacts_.begin(record, found, restitution);
+    begin(record, found, restitution);
 }
 
 // An impact is under way: what Bullet has applied belongs to it, unless the pair has met again.
@@ -275,6 +309,7 @@ void ContactClassifier::resolveImpacting(PairRecord& record, const PairMotion& n
       (record.impact.parted || passed || start.gap > now.pair().body->radius ||
        hitsElsewhere(record, now, solved));
   const FoundImpact* again = mayMeetAgain ? find(now, start, &solved, &record) : nullptr;
+  if (again != nullptr && isPushedAgain(now.pair(), *again)) again = nullptr;
   const double first = record.impact.points.front().body.time;
   if (again == nullptr || context_.clock.current().start + again->offset < first + kSameImpact) {
     impacts_.update(record, now, solved);
@@ -283,7 +318,7 @@ void ContactClassifier::resolveImpacting(PairRecord& record, const PairMotion& n
   if (!again->solved)  // what Bullet has applied still belongs to the old impact
     ImpactTracker::addApplied(record, now, solved);
   impacts_.end(record);
-  impacts_.begin(record, *again, solved.restitution);
+  begin(record, *again, solved.restitution);
   if (again->solved && record.isImpacting()) impacts_.update(record, now, solved);
 }
 

@@ -1,6 +1,10 @@
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <span>
+#include <vector>
 
 #include "bullet_bridge/bodies/body_tracker.h"
 #include "bullet_bridge/tracking/bridge_context.h"
@@ -35,6 +39,14 @@ class ContactClassifier {
   LastingContacts& contacts() { return contacts_; }
 
  private:
+  /// When a pair has last hit, or been pushed together again. Pairs that share a place forget each
+  /// other's.
+  struct Hit {
+    std::uint64_t key = 0;
+    double time = -std::numeric_limits<double>::infinity();  // s
+  };
+  static constexpr unsigned kHitBits = 12;
+
   std::span<const ContactPair> pairsToResolve();
   void resolve(const ContactPair& pair);
   bool waitsForSolver() const { return context_.settings.search == ImpactSearch::contacts; }
@@ -60,6 +72,9 @@ class ContactClassifier {
   bool hitsElsewhere(const PairRecord& record, const PairMotion& now,
                      const SolvedContact& solved) const;
   bool stillApproaches(const PairMotion& now, const Proximity& start) const;
+  bool isPushedAgain(const ContactPair& pair, const FoundImpact& found);
+  void begin(PairRecord& record, const FoundImpact& found, double restitution);
+  Hit& hitOf(std::uint64_t key);
   void beginUnlessRest(PairRecord& record, const FoundImpact& found, double restitution);
   PairRecord& recordOf(const ContactPair& pair, PairRecord* record);
   bool isResolved(const PairRecord& record) const;
@@ -77,6 +92,7 @@ class ContactClassifier {
   EventLog log_{context_};
   ImpactTracker impacts_{context_, log_};
   LastingContacts contacts_{context_};
+  std::vector<Hit> hits_ = std::vector<Hit>(std::size_t{1} << kHitBits);
 };
 
 }  // namespace carom::bullet

@@ -265,6 +265,16 @@ const FoundImpact* ImpactFinder::speculative(const PairMotion& now, const Proxim
   return collectPoints(found.motion.proximityAt(found.s), window) ? &found_ : nullptr;
 }
 
+std::optional<double> ImpactFinder::approachAtEnd(const PreviousSubstep& previous,
+                                                  const Vec3& point, const Vec3& normal) {
+  if (!previous.body.known || !previous.other.known) return std::nullopt;
+  const auto velocityAt = [&point, dt = previous.dt](const SubstepMotion& motion) {
+    return nodeVelocity(motion, MotionKind::actual,
+                        point - motion.start - dt * motion.velocityAfter);
+  };
+  return (velocityAt(previous.other) - velocityAt(previous.body)).dot(normal);
+}
+
 const FoundImpact* ImpactFinder::before(const ContactPair& now, const Substep& substep,
                                         const PreviousSubstep& previous) {
   if (!previous.body.known || !previous.other.known) return nullptr;

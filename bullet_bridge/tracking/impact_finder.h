@@ -1,6 +1,7 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -43,6 +44,11 @@ class ImpactFinder {
     const SubstepMotion& other;
     double dt = 0.0;
   };
+
+  /// Returns the speed (m/s) along a normal at which the bodies approached each other at a point as
+  /// that substep ended; nothing if one of them was not known.
+  static std::optional<double> approachAtEnd(const PreviousSubstep& previous, const Vec3& point,
+                                             const Vec3& normal);
 
   /// Searches the path that the bodies took, for a pair that is apart at its start, by `gap` (m).
   /// If that is not known, and negative therefore, pairs that overlap at the start have no impact.

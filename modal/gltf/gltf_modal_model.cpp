@@ -112,10 +112,14 @@ void addModalModel(GltfAudio& audio, const ModalModel& model) {
                              material.restitution});
   given.massProperties = massPropertiesOf(model);
   given.leftOut = model.leftOut;
+  // A volume without the multipoles would tell a reader that the modes radiate evenly, by that
+  // alone; with neither, it computes how they do.
+  const bool hasMultipoles = std::ranges::any_of(
+      model.modes, [](const Mode& mode) { return !mode.radiation.multipoles.empty(); });
   for (const Mode& mode : model.modes) {
     given.frequencies.push_back(static_cast<float>(heardFrequency(mode)));
     given.decayRates.push_back(static_cast<float>(mode.decayRate));
-    given.volumes.push_back(mode.radiation.volume);
+    if (!hasMultipoles) given.volumes.push_back(mode.radiation.volume);
   }
   for (const Vec3& vertex : model.surface.vertices)
     given.positions.emplace_back(vertex.cast<float>());

@@ -165,6 +165,7 @@ void WorldSession::postEvents() {
     isFirst = !isFirst;
     if (!isRead(event.body) || !isRead(event.other)) readNew();
     readChanged(event.body);
+    readChanged(event.other);
     if (isSilent(event.body) || isSilent(event.other)) {
       ++silenced_;
     } else {

@@ -56,6 +56,21 @@ SurfaceMesh surfaceOf(const SceneBody& body) {
   return sphereSurface(std::get<SphereShape>(body.shape).radius);
 }
 
+/// Returns the material that a body rings by: of the density that its mass has, if it is given and
+/// the body is solid, spread evenly over the volume of its surface.
+Material ringingMaterial(const SceneBody& body, const SurfaceMesh& surface) {
+  constexpr double kRounding = 1e-6;
+  double mass = std::numeric_limits<double>::infinity();
+  if (const auto* sphere = std::get_if<SphereShape>(&body.shape)) mass = sphere->mass;
+  if (const auto* solid = std::get_if<SolidShape>(&body.shape)) mass = solid->mass;
+  Material material = body.material;
+  const double density = mass / signedVolume(surface);
+  const bool isGiven = body.ringing->analysis.body == BodyModel::solid && std::isfinite(density) &&
+                       density > 0.0 && std::abs(density / material.density - 1.0) > kRounding;
+  if (isGiven) material.density = density;
+  return material;
+}
+
 /// Returns the body's origin in a model from a file, which is in the frame of the body's form.
 Vec3 originInFile(const SceneBody& body) {
   const auto* solid = std::get_if<SolidShape>(&body.shape);
@@ -110,16 +125,17 @@ class ModesOfBodies {
 
   Result<Model> computed(const SceneBody& body, const Progress& progress) {
     SurfaceMesh surface = surfaceOf(body);
+    const Material material = ringingMaterial(body, surface);
     const MeshAnalysisSettings& analysis = body.ringing->analysis;
     const auto known = std::ranges::find_if(computed_, [&](const Computed& one) {
-      return one.surface == surface && one.material == body.material && one.analysis == analysis;
+      return one.surface == surface && one.material == material && one.analysis == analysis;
     });
     if (known != computed_.end()) return known->model;
-    Result<MeshAnalysis> made = analyseMesh(surface, body.material, analysis, &cache_, progress);
+    Result<MeshAnalysis> made = analyseMesh(surface, material, analysis, &cache_, progress);
     if (!made) return Error{"modes: " + made.error().message};
     made->model.name = body.name;
     const Model model = std::make_shared<const ModalModel>(std::move(made->model));
-    computed_.push_back({std::move(surface), body.material, analysis, model});
+    computed_.push_back({std::move(surface), material, analysis, model});
     return model;
   }
 
@@ -137,7 +153,8 @@ std::vector<ModesToCompute> modesToCompute(const Scene& scene) {
     if (!body.ringing || !body.ringing->model.empty()) continue;
     ModesToCompute one{.body = &body, .surface = surfaceOf(body)};
     const bool known = std::ranges::any_of(all, [&](const ModesToCompute& other) {
-      return other.surface == one.surface && other.body->material == body.material &&
+      return other.surface == one.surface &&
+             ringingMaterial(*other.body, other.surface) == ringingMaterial(body, one.surface) &&
              other.body->ringing->analysis == body.ringing->analysis;
     });
     if (!known) all.push_back(std::move(one));

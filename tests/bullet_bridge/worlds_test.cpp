@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include <BulletCollision/CollisionDispatch/btGhostObject.h>
 #include <BulletDynamics/Featherstone/btMultiBody.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 #include <BulletSoftBody/btSoftBody.h>
@@ -673,6 +674,100 @@ TEST(Regimes, ABodyWithANewProxyIsTheSame) {
   EXPECT_EQ(bridge.bodyOf(before), &ball);
   world.step(1.0 / 240, 10);
   EXPECT_EQ(*bridge.bodyId(ball), before);
+}
+
+// A host that sets a player's velocity in each frame has it hit the wall once, and press on it.
+TEST(Regimes, APlayerWhoWalksAgainstAWallHitsItOnce) {
+  for (const ImpactSearch search : {ImpactSearch::paths, ImpactSearch::contacts})
+    for (const int substeps : {1, 4})
+      for (const bool isBall : {true, false}) {
+        AnyWorld world;
+        btCollisionShape& shape = isBall ? world.sphere(0.5) : world.box({0.5, 0.5, 0.5});
+        btRigidBody& player = world.add(shape, {.position = {-1, 0, 0}, .restitution = 0.0});
+        world.add(world.box({0.5, 5, 5}), {.mass = 0, .position = {1, 0, 0}});
+        player.setAngularFactor(0);
+        BulletBridge bridge = world.attach({.search = search});
+        std::size_t contacts = 0;
+        for (int frame = 0; frame < 120; ++frame) {
+          player.setLinearVelocity(btVector3(2, 0, 0));
+          bridge.clear();
+          const std::size_t before = bridge.counters().collisions;
+          world.step(1.0 / (60 * substeps), substeps);
+          if (frame > 30) {
+            EXPECT_EQ(bridge.counters().collisions, before) << frame;
+          }
+          contacts += bridge.contacts().size();
+        }
+        EXPECT_EQ(bridge.counters().collisions, 1u) << substeps << ' ' << isBall;
+        EXPECT_GT(contacts, 60u);
+      }
+}
+
+// What is pushed by impulses at rest, as by a gravity of the host's own, hits nothing.
+TEST(Regimes, ABodyThatIsHeldDownByImpulsesLies) {
+  for (const ImpactSearch search : {ImpactSearch::paths, ImpactSearch::contacts}) {
+    AnyWorld world;
+    world.addGround(world.plane());
+    btRigidBody& crate =
+        world.add(world.box({0.5, 0.5, 0.5}), {.position = {0, 0.5, 0}, .restitution = 0.0});
+    BulletBridge bridge = world.attach({.search = search});
+    for (int frame = 0; frame < 120; ++frame) {
+      crate.activate();
+      crate.applyCentralImpulse(btVector3(0, btScalar(-9.81 / 60), 0));
+      world.step(1.0 / 60, 1);
+    }
+    EXPECT_LE(bridge.counters().collisions, 1u);
+  }
+}
+
+// A conveyor: its surface has a velocity, and it stays where it is.
+TEST(Regimes, WhatRidesOnABeltDoesNotSlip) {
+  AnyWorld world(9.81);
+  btDefaultMotionState state(poseAt({0, -0.5, 0}));
+  btRigidBody& belt =
+      world.add(world.box({50, 0.5, 5}),
+                {.mass = 0, .position = {0, -0.5, 0}, .friction = 1.0, .mover = &state});
+  btRigidBody& crate = world.add(world.box({0.2, 0.2, 0.2}),
+                                 {.position = {0, 0.2, 0}, .restitution = 0.0, .friction = 1.0});
+  world.world->setInternalTickCallback(
+      [](btDynamicsWorld* of, btScalar) {
+        static_cast<btRigidBody*>(of->getWorldUserInfo())->setLinearVelocity(btVector3(1, 0, 0));
+      },
+      &belt, true);
+  BulletBridge bridge = world.attach();
+  world.step(1.0 / 240, 240);
+  EXPECT_NEAR(crate.getLinearVelocity().x(), 1.0, 0.01);
+  bridge.clear();
+  world.step(1.0 / 240, 24);
+  ASSERT_FALSE(bridge.contacts().empty());
+  for (const ContactState& contact : bridge.contacts())
+    EXPECT_LT(contact.slipVelocity.norm(), 0.02);
+}
+
+// Bullet stops bodies at a ghost object, unless it is told not to.
+TEST(Regimes, AGhostThatBulletTakesForSolidIsHit) {
+  for (const bool isSolid : {true, false}) {
+    AnyWorld world;
+    btGhostObject ghost;
+    ghost.setCollisionShape(&world.box({0.5, 5, 5}));
+    ghost.setWorldTransform(poseAt({1, 0, 0}));
+    ghost.setRestitution(0);
+    if (!isSolid)
+      ghost.setCollisionFlags(ghost.getCollisionFlags() |
+                              btCollisionObject::CF_NO_CONTACT_RESPONSE);
+    const btRigidBody& ball =
+        world.add(world.sphere(0.25), {.position = {-0.5, 0, 0}, .velocity = {2, 0, 0}});
+    world.world->addCollisionObject(&ghost);
+    BulletBridge bridge = world.attach();
+    world.step(1.0 / 240, 120);
+    const auto events = eventsOf(bridge, ball);
+    ASSERT_EQ(events.size(), isSolid ? 1u : 0u);
+    if (isSolid) {
+      EXPECT_NEAR(events[0].time, 0.375, 10.0 * kTime);
+      EXPECT_NEAR(events[0].impulse.x(), -2.0, 1e-4);
+    }
+    world.world->removeCollisionObject(&ghost);
+  }
 }
 
 TEST(Regimes, ASleepingBodyIsHitAtTheExactTimeAndWakes) {

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -89,12 +90,15 @@ TEST(GltfModalModel, ComesBackThroughAFile) {
   EXPECT_EQ(again->leftOut.above, 4u);
   EXPECT_EQ(again->leftOut.overdamped, 3u);
   ASSERT_THAT(again->modes, SizeIs(3));
+  const bool hasMultipoles = std::ranges::any_of(
+      model.modes, [](const Mode& mode) { return !mode.radiation.multipoles.empty(); });
   for (std::size_t mode = 0; mode < 3; ++mode) {
     EXPECT_NEAR(again->modes[mode].frequency, model.modes[mode].frequency,
                 kFloat * model.modes[mode].frequency);
     EXPECT_NEAR(again->modes[mode].decayRate, model.modes[mode].decayRate,
                 kFloat * model.modes[mode].decayRate);
-    EXPECT_EQ(again->modes[mode].radiation.volume, model.modes[mode].radiation.volume);
+    EXPECT_EQ(again->modes[mode].radiation.volume,
+              hasMultipoles ? 0.0 : model.modes[mode].radiation.volume);
   }
 }
 

@@ -124,6 +124,42 @@ TEST_F(DroppedBall, RendersTheSameBitsWhateverTheBlocks) {
   EXPECT_EQ(once, blocks);
 }
 
+// A prop that is animated until it is dropped, or weighed after `attach`, sounds as it is when it
+// hits.
+TEST_F(DroppedBall, SoundsAsItIsOnceTheHostHasChangedIt) {
+  const auto peakOf = [](const std::vector<float>& samples) {
+    float peak = 0.0F;
+    for (const float sample : samples)
+      peak = std::max(peak, std::abs(sample));
+    return peak;
+  };
+  const int flags = ball_->getCollisionFlags();
+  ball_->setCollisionFlags(flags | btCollisionObject::CF_KINEMATIC_OBJECT);
+  Sound sound = attached();
+  ball_->setCollisionFlags(flags);
+  EXPECT_NEAR(peakOf(play(sound, 0.4)), 3.84F, 0.1F);
+  ASSERT_TRUE(sound.close());
+  const auto dropAgain = [&](bool isChangedLater) {
+    ball_->setWorldTransform(poseAt({0.0, kRadius + kDrop, 0.0}));
+    ball_->setLinearVelocity(btVector3(0, 0, 0));
+    const btScalar mass = btScalar(1.0) / ball_->getInvMass();
+    const auto weigh = [&](btScalar wanted) {
+      btVector3 inertia;
+      ball_->getCollisionShape()->calculateLocalInertia(wanted, inertia);
+      ball_->setMassProps(wanted, inertia);
+    };
+    if (!isChangedLater) weigh(mass / 5);
+    Sound other = attached();
+    if (isChangedLater) weigh(mass / 5);
+    const float peak = peakOf(play(other, 0.4));
+    EXPECT_TRUE(other.close());
+    weigh(mass);
+    return peak;
+  };
+  const float expected = dropAgain(false);
+  EXPECT_NEAR(dropAgain(true), expected, 0.02F * expected);
+}
+
 TEST_F(DroppedBall, HearsABoxAsWell) {
   btBoxShape shape(btVector3(btScalar(0.05), btScalar(0.05), btScalar(0.05)));
   btRigidBody box(1, nullptr, &shape, btVector3(btScalar(2e-3), btScalar(2e-3), btScalar(2e-3)));

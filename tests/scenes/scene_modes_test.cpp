@@ -256,6 +256,26 @@ TEST_F(SceneModes, ASphereRingsAsLambSays) {
   EXPECT_LT(model.centreOfMass.norm(), 1e-3);
 }
 
+// A mass that is given is spread over the volume: four times as much rings an octave lower.
+TEST_F(SceneModes, ABodyRingsByTheMassThatItIsGiven) {
+  const auto lowestOf = [](const std::string& mass) {
+    const Scene scene = orAbort(parseScene(
+        R"({"duration": 1, "listeners": [{"position": [0, 1, 1]}], "bodies": [{"type": "sphere",
+        "radius": 0.2, )" +
+            mass +
+            R"("material": "carbon_steel", "position": [0, 1, 0],
+        "modes": {"dofs": 600, "count": 4, "panels": 120}}]})",
+        "sphere.json"));
+    const auto modes = sceneModes(scene);
+    EXPECT_TRUE(modes) << modes.error().message;
+    return (*modes)[0].model->modes[0].frequency;
+  };
+  const double natural = 7850.0 * 4.0 / 3.0 * std::numbers::pi * 0.008;
+  const double own = lowestOf("");
+  EXPECT_NEAR(lowestOf("\"mass\": " + std::to_string(4.0 * natural) + ", "), 0.5 * own, 1e-4 * own);
+  EXPECT_NEAR(lowestOf("\"mass\": " + std::to_string(natural) + ", "), own, 1e-4 * own);
+}
+
 TEST_F(SceneModes, WhatRingsIsHeardLongerThanWhatDoesNot) {
   const double dry = tailOf(fallingBars({""}));
   const double ringing = tailOf(fallingBars({kCoarse}));

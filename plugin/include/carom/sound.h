@@ -166,8 +166,9 @@ struct SoundCollision {
 /// A recording, and SoundClock::simulation, wait for the shape of each body before it first sounds,
 /// so that what they give does not depend on threads (SoundStatistics::shapesSolvedInStep);
 /// `prepare` waits for all. Mass, inertia, shape and scaling of a body count as they are at its
-/// first collision, at its `assign` and at the latest `prepare`. Bodies that leave the world are
-/// forgotten; their present sound goes on.
+/// first collision, at its `assign` and at the latest `prepare`; a body that is released, as it was
+/// static or kinematic before, or that has another mass or shape object is read again at its next
+/// collision. Bodies that leave the world are forgotten; their present sound goes on.
 ///
 /// Links of multibodies radiate as the sphere of their shape's volume, with their own mass: what
 /// the joints hand on, and what they keep a link from doing, is not heard.
