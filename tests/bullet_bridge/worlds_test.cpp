@@ -693,7 +693,7 @@ TEST(Regimes, APlayerWhoWalksAgainstAWallHitsItOnce) {
           bridge.clear();
           const std::size_t before = bridge.counters().collisions;
           world.step(1.0 / (60 * substeps), substeps);
-          if (frame > 30) {
+          if (frame > 35) {
             EXPECT_EQ(bridge.counters().collisions, before) << frame;
           }
           contacts += bridge.contacts().size();
