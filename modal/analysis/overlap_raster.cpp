@@ -51,11 +51,15 @@ class Raster {
     });
   }
 
-  // Calls add(cell's place, box) for each piece of a row in a cell, by row, ascending in x.
+  // Calls add(cell's place, box, winding) for each piece of a row in a cell, by row, ascending in
+  // x.
   template <class Add>
   void forEachBox(const Add& add) const {
-    forEachInterval(
-        [&](std::size_t row, double from, double to, int) { addInterval(row, from, to, add); });
+    forEachInterval([&](std::size_t row, double from, double to, int winding) {
+      addInterval(row, from, to, [&](const std::array<int, 3>& place, const CellBox& box) {
+        add(place, box, winding);
+      });
+    });
   }
 
   // Mean winding number of the surface about its inside: 1 if bodies do not overlap.
@@ -146,6 +150,58 @@ class Raster {
   std::vector<Crossing> crossings_;
 };
 
+// What counts of a piece of a row that the surface winds about several times.
+enum class Count { once, beyondOnce };
+
+double weightOf(int winding, Count count) {
+  return count == Count::once ? 1.0 : static_cast<double>(winding - 1);
+}
+
+GridFilling rasterFilling(const GridSurface& surface, Count count) {
+  GridFilling filling;
+  filling.fraction.assign(indexOf(surface.count, {0, 0, surface.count[2]}), 0.0);
+  for (std::vector<double>& near : filling.nearFace)
+    near.assign(filling.fraction.size(), 0.0);
+  const auto add = [&](const std::array<int, 3>& place, const CellBox& box, int winding) {
+    const std::size_t cell = indexOf(surface.count, place);
+    const Vec3 size = box.high - box.low;
+    const double weight = weightOf(winding, count);
+    filling.fraction[cell] += weight * size.prod();
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto along = static_cast<Eigen::Index>(axis);
+      if (box.low[along] <= kSnap)
+        filling.nearFace[axis][cell] += weight * size[(along + 1) % 3] * size[(along + 2) % 3];
+    }
+  };
+  Raster(surface, kRows).forEachBox(add);
+  return filling;
+}
+
+using RasterMoments = std::vector<CellMoments>;
+
+RasterMoments rasterMoments(const GridSurface& surface, const std::vector<std::int32_t>& wanted,
+                            std::size_t number, Count count) {
+  RasterMoments moments(number, CellMoments{});
+  const auto add = [&](const std::array<int, 3>& place, const CellBox& box, int winding) {
+    const std::int32_t at = wanted[indexOf(surface.count, place)];
+    const double weight = weightOf(winding, count);
+    if (at < 0 || weight == 0.0) return;
+    const CellMoments part = momentsOf(2.0 * box.low - Vec3::Ones(), 2.0 * box.high - Vec3::Ones());
+    CellMoments& sum = moments[static_cast<std::size_t>(at)];
+    for (std::size_t index = 0; index < part.size(); ++index)
+      sum[index] += weight * part[index];
+  };
+  Raster(surface, kRows).forEachBox(add);
+  return moments;
+}
+
+// True for a cell of which so little is inside that the rows of an overlap, which are too wide by
+// up to half a row, could take more than there is: it is taken from the rows alone.
+bool isThinOverlap(double wound, double beyondOnce) {
+  constexpr double kThin = 0.5;  // share of the cell
+  return wound - beyondOnce < kThin;
+}
+
 }  // namespace
 
 double meanWinding(const GridSurface& surface) {
@@ -154,36 +210,39 @@ double meanWinding(const GridSurface& surface) {
 }
 
 GridFilling unionFilling(const GridSurface& surface) {
-  GridFilling filling;
-  filling.fraction.assign(indexOf(surface.count, {0, 0, surface.count[2]}), 0.0);
-  for (std::vector<double>& near : filling.nearFace)
-    near.assign(filling.fraction.size(), 0.0);
-  const auto add = [&](const std::array<int, 3>& place, const CellBox& box) {
-    const std::size_t cell = indexOf(surface.count, place);
-    const Vec3 size = box.high - box.low;
-    filling.fraction[cell] += size.prod();
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto along = static_cast<Eigen::Index>(axis);
-      if (box.low[along] <= kSnap)
-        filling.nearFace[axis][cell] += size[(along + 1) % 3] * size[(along + 2) % 3];
-    }
-  };
-  Raster(surface, kRows).forEachBox(add);
+  GridFilling filling = fillingOf(surface);  // as often as the surface winds about it
+  const GridFilling extra = rasterFilling(surface, Count::beyondOnce);
+  const GridFilling once = rasterFilling(surface, Count::once);
+  for (std::size_t cell = 0; cell < filling.fraction.size(); ++cell) {
+    if (!(extra.fraction[cell] > 0.0)) continue;
+    const bool isThin = isThinOverlap(filling.fraction[cell], extra.fraction[cell]);
+    filling.fraction[cell] =
+        isThin ? once.fraction[cell] : std::min(filling.fraction[cell] - extra.fraction[cell], 1.0);
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (std::size_t cell = 0; cell < filling.fraction.size(); ++cell)
+      if (extra.nearFace[axis][cell] > 0.0)
+        filling.nearFace[axis][cell] = once.nearFace[axis][cell];
   return filling;
 }
 
 std::vector<CellMoments> unionMoments(const GridSurface& surface,
                                       const std::vector<std::int32_t>& wanted, std::size_t number) {
-  std::vector<CellMoments> moments(number, CellMoments{});
-  const auto add = [&](const std::array<int, 3>& place, const CellBox& box) {
-    const std::int32_t at = wanted[indexOf(surface.count, place)];
-    if (at < 0) return;
-    const CellMoments part = momentsOf(2.0 * box.low - Vec3::Ones(), 2.0 * box.high - Vec3::Ones());
-    CellMoments& sum = moments[static_cast<std::size_t>(at)];
-    for (std::size_t index = 0; index < part.size(); ++index)
-      sum[index] += part[index];
-  };
-  Raster(surface, kRows).forEachBox(add);
+  const GridFilling whole = fillingOf(surface);
+  const GridFilling beyond = rasterFilling(surface, Count::beyondOnce);
+  std::vector<CellMoments> moments = momentsOf(surface, wanted, number);
+  const RasterMoments extra = rasterMoments(surface, wanted, number, Count::beyondOnce);
+  const RasterMoments once = rasterMoments(surface, wanted, number, Count::once);
+  for (std::size_t cell = 0; cell < wanted.size(); ++cell) {
+    if (wanted[cell] < 0 || !(beyond.fraction[cell] > 0.0)) continue;
+    const auto at = static_cast<std::size_t>(wanted[cell]);
+    if (isThinOverlap(whole.fraction[cell], beyond.fraction[cell])) {
+      moments[at] = once[at];
+    } else {
+      for (std::size_t index = 0; index < moments[at].size(); ++index)
+        moments[at][index] -= extra[at][index];
+    }
+  }
   return moments;
 }
 

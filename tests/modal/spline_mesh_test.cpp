@@ -174,6 +174,17 @@ TEST(SplineMesh, LeavesACavityEmptyAndCountsAnOverlapOnce) {
   EXPECT_NEAR(cross.volume, 2.0 * 4e-5 - 8e-6, 1e-15);
 }
 
+// A knob is sunk into a plate by 0.5 mm: all walls but those of that part stay where they are,
+// though no face lies on a line of the grid.
+TEST(SplineMesh, ASunkKnobLeavesThePlateAsThickAsItIs) {
+  const SurfaceMesh plate = boxMesh({0.1, 0.05, 0.001});
+  const SurfaceMesh knob = boxAt({0.0131, 0.0077, 0.0055}, {0.005, 0.005, 0.005});
+  const double overlap = 0.01 * 0.01 * 0.0005;
+  const double whole = 0.2 * 0.1 * 0.002 + 1e-6 - overlap;
+  for (const double size : {0.0031, 0.0047, 0.0073})
+    EXPECT_NEAR(gridOf(joined(plate, knob), cells(size)).volume, whole, 0.2 * overlap) << size;
+}
+
 // Two plates a cell and more apart, joined at one end, as the tines of a fork.
 TEST(SplineMesh, BothSidesOfASlotHaveFunctionsOfTheirOwn) {
   SurfaceMesh fork = joined(boxAt({0.0, 0.0, 0.02}, {0.05, 0.01, 0.005}),
