@@ -139,6 +139,10 @@ WorldTap::WorldTap(btDiscreteDynamicsWorld& world)
   }
   takeSlot();
   world_.addAction(this);
+  // Before the host's actions, which may change what the solver has left, or remove bodies.
+  auto& actions = WorldAccess::actions(world_);
+  for (int place = actions.size() - 1; place > 0; --place)
+    actions.swap(place, place - 1);
 }
 
 WorldTap::~WorldTap() {

@@ -744,6 +744,38 @@ TEST(Regimes, WhatRidesOnABeltDoesNotSlip) {
     EXPECT_LT(contact.slipVelocity.norm(), 0.02);
 }
 
+// A host's action changes velocities that the solver has left, whether it is there before the
+// bridge or comes after it.
+TEST(Regimes, AnActionThatPushesMakesNoDifferenceBeforeTheBridge) {
+  struct Thrust final : btActionInterface {
+    btRigidBody* body = nullptr;
+    void updateAction(btCollisionWorld*, btScalar dt) override {
+      body->applyCentralImpulse(btVector3(20 * dt, 0, 0));
+    }
+    void debugDraw(btIDebugDraw*) override {}
+  };
+  const auto hit = [](bool isBefore) {
+    AnyWorld world;
+    btRigidBody& ball = world.add(world.sphere(0.25), {.position = {-1, 0, 0}, .restitution = 0.5});
+    world.add(world.box({0.5, 5, 5}), {.mass = 0, .position = {1, 0, 0}});
+    Thrust thrust;
+    thrust.body = &ball;
+    if (isBefore) world.world->addAction(&thrust);
+    BulletBridge bridge = world.attach();
+    if (!isBefore) world.world->addAction(&thrust);
+    world.step(1.0 / 60, 30);
+    const auto events = eventsOf(bridge, ball);
+    world.world->removeAction(&thrust);
+    EXPECT_FALSE(events.empty());
+    return events.empty() ? ImpulseEvent{} : events.front();
+  };
+  const ImpulseEvent before = hit(true);
+  const ImpulseEvent after = hit(false);
+  EXPECT_EQ(before.time, after.time);
+  EXPECT_EQ(before.approachSpeed, after.approachSpeed);
+  EXPECT_EQ(before.impulse, after.impulse);
+}
+
 // Bullet stops bodies at a ghost object, unless it is told not to.
 TEST(Regimes, AGhostThatBulletTakesForSolidIsHit) {
   for (const bool isSolid : {true, false}) {
