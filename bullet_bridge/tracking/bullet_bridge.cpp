@@ -62,8 +62,10 @@ const btCollisionObject* BulletBridge::Impl::find(BodyId id) const {
   const TrackedBody* const body = isAttached() ? bodies_.find(id, place) : nullptr;
   if (body == nullptr) return nullptr;
   const auto& objects = world().getCollisionObjectArray();
-  const int index = objects.findLinearSearch(const_cast<btCollisionObject*>(body->object));
-  const bool isInPlace = index == static_cast<int>(place);
+  const auto known = static_cast<int>(place);
+  const bool isInPlace = known < objects.size() && objects[known] == body->object;
+  const int index =
+      isInPlace ? known : objects.findLinearSearch(const_cast<btCollisionObject*>(body->object));
   const bool isThere = index < objects.size() &&
                        isSameObject(body->identity, identityOf(*objects[index]), isInPlace);
   return isThere ? body->object : nullptr;

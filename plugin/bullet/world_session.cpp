@@ -397,7 +397,8 @@ WorldSession::AsRead WorldSession::seenAs(const btCollisionObject& object) {
 /// Reads a body again that can move, and that the host has released, or given another mass or
 /// shape, since it was read.
 void WorldSession::readChanged(BodyId id) {
-  const btCollisionObject* const object = isRead(id) ? bridge_->bodyOf(id) : nullptr;
+  const bool isThere = hasWorld() && isRead(id);
+  const btCollisionObject* const object = isThere ? bridge_->bodyOf(id) : nullptr;
   if (object == nullptr || object->isStaticOrKinematicObject()) return;
   if (asRead_[id] == seenAs(*object)) return;
   beginReading();
