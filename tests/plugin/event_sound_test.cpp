@@ -604,6 +604,77 @@ TEST(EventSound, WhatPartsAsTheClockGoesBackDampsNoMore) {
   }
 }
 
+// A soft ball touches what rings many times in one blow: more often than the samples of the longest
+// contact are, at a low rate. The sanitizers look at the memory.
+TEST(EventSound, ABlowOfManyTouchesHasRoomAtALowSampleRate) {
+  SoundSettings settings = near();
+  settings.synth.sampleRate = 8000.0;
+  settings.budget.longestContact = 0.01;
+  EventSound sound = made(settings);
+  BallDrop soft = dropOnBox(0.05);
+  soft.material.youngsModulus = 1e6;
+  soft.material.density = 1000.0;
+  soft.radius = 0.03;
+  soft.speed = 4.0;
+  soft.centre = {0.0, 0.0, 0.04};
+  SoundBody bell = soft.floor();
+  bell.modal = boxOf({{1000.0, 2.0, 1e-3}});
+  ASSERT_TRUE(sound.setBody(kBall, soft.ball()) && sound.setBody(kFloor, bell));
+  ASSERT_TRUE(sound.prepareRendering(8000.0));
+  ImpulseEvent onBall = soft.event();
+  ImpulseEvent onBell = floorShare(soft);
+  exchangePoses(onBall, onBell);
+  sound.post(onBall);
+  sound.post(onBell);
+  float peak = 0.0F;
+  for (int step = 1; step < 60; ++step) {
+    sound.advanceTo(step / 240.0);
+    for (const float sample : pulled(sound, sound.framesReady()))
+      peak = std::max(peak, std::abs(sample));
+  }
+  EXPECT_EQ(sound.statistics().events, 2U);
+  EXPECT_TRUE(std::isfinite(peak) && peak > 0.0F);
+}
+
+// In slow motion a step of what slides lasts longer than the longest contact.
+TEST(EventSound, WhatSlidesSoundsInSlowMotion) {
+  SoundSettings settings = near(SoundClock::realTime);
+  settings.latency = 0.3;
+  EventSound sound = made(settings);
+  ASSERT_TRUE(
+      sound.setBody(kBall, {.material = *findMaterial("wood"), .mass = 0.5, .radius = 0.05}));
+  ASSERT_TRUE(sound.setBody(kFloor, {.material = *findMaterial("concrete")}));
+  constexpr double kScale = 0.25;
+  constexpr double kFrame = 1.0 / 60.0;
+  ASSERT_TRUE(sound.setTimeScale(kScale) && sound.prepareRendering(kRate));
+  pulled(sound, 480);
+  double power = 0.0;
+  for (int frame = 0; frame < 30; ++frame) {
+    const double x = frame * kFrame;  // at 1 m/s
+    ContactState contact;
+    contact.time = x;
+    contact.duration = kFrame;
+    contact.phase = frame > 0 ? ContactPhase::during : ContactPhase::begin;
+    contact.body = kBall;
+    contact.other = kFloor;
+    contact.normal = Vec3::UnitZ();
+    contact.position = {x, 0.0, 0.0};
+    contact.normalLoad = 4.9;
+    contact.appliedImpulse = kFrame * 4.9 * Vec3(-0.3, 0.0, 1.0);
+    contact.slipVelocity = contact.bodyVelocity = Vec3::UnitX();
+    contact.bodyPosition = {x, 0.0, 0.05};
+    contact.pathStart = contact.pathEnd = {0.0, 0.0, -0.05};
+    contact.otherPathStart = contact.position;
+    contact.otherPathEnd = contact.position + kFrame * Vec3::UnitX();
+    sound.updateContact(contact);
+    sound.advanceTo(x + kFrame);
+    for (const float sample : pulled(sound, 3200))
+      power += static_cast<double>(sample) * static_cast<double>(sample);
+  }
+  EXPECT_GT(power, 0.0);
+  EXPECT_EQ(sound.statistics().slidesLeftOut, 0U);
+}
+
 // The id of what is taken away serves another body at once: what rang stays where it was.
 TEST(EventSound, ANewBodysPlaceDoesNotMoveWhatRangBeforeIt) {
   const auto heard = [](bool isMoved) {
