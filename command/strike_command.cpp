@@ -125,7 +125,7 @@ Result<StrikeReport> renderStrike(Synth& synth, const ImpulseEvent& event,
   std::vector<double> samples(kStrikeBlock);
   std::vector<float> rounded(kStrikeBlock);
   const auto most = static_cast<std::size_t>(std::llround(limit * output.settings.sampleRate));
-  // What is not heard at all is silence, and not an empty file.
+  // A strike that no listener hears makes a file of silence, and not an empty one.
   const auto least = static_cast<std::size_t>(std::llround(kBefore * output.settings.sampleRate));
   std::size_t left = most;
   while (left > 0 && (output.seconds > 0.0 || most - left <= least || !synth.isSilent())) {

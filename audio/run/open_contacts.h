@@ -20,7 +20,6 @@ class OpenContacts {
   void note(const ContactState& contact);
   /// Forgets the contacts of a body. Returns their ends, at a time (s).
   std::vector<ContactState> remove(BodyId body, double time);
-  void clear() { contacts_.clear(); }
 
   /// Returns all contacts as they stand still at a time (s), in the order of their bodies.
   std::vector<ContactState> at(double time) const;

@@ -151,8 +151,8 @@ class ModalExciter {
   /// Makes the damping of a body by the contacts that it has now, from `first` on, the only
   /// excitation.
   void undamp(BodyId body, const ResonatorSet& set, std::int64_t first);
-  /// What all lasting contacts of a body add to the decay rates (1/s) of these modes of it, as of
-  /// the last change.
+  /// Returns the decay rates (1/s) that all lasting contacts of a body add to those of its modes,
+  /// one per mode of the set, as of the last change.
   std::span<const double> addedDamping(BodyId body, const ResonatorSet& set);
 
   /// Upper bound in Pa of the excitations so far, for a contact of that pulse and duration (s).

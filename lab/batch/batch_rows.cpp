@@ -160,7 +160,8 @@ Result<BatchRows> readRows(const BatchPlan& plan) {
   if (failed)
     return Error{folder.string() + ": cannot be read: " + failed.message() +
                  "; expected the folder of a batch"};
-  // Of several rows of one branch, that of the run which began last counts, on whichever machine.
+  // The latest run comes last, on whichever machine it ran: its row of a branch replaces earlier
+  // ones.
   std::ranges::sort(files, {}, [](const fs::path& file) { return std::pair(beginOf(file), file); });
   BatchRows rows;
   LineOrder order;

@@ -150,46 +150,52 @@ class Raster {
   std::vector<Crossing> crossings_;
 };
 
-// What counts of a piece of a row that the surface winds about several times.
-enum class Count { once, beyondOnce };
+// Sums over the pieces of the rows: each piece once, and as often as the surface winds about it
+// beyond once.
+template <class Sums>
+struct Wound {
+  Sums once;
+  Sums beyond;
+};
 
-double weightOf(int winding, Count count) {
-  return count == Count::once ? 1.0 : static_cast<double>(winding - 1);
-}
-
-GridFilling rasterFilling(const GridSurface& surface, Count count) {
-  GridFilling filling;
-  filling.fraction.assign(indexOf(surface.count, {0, 0, surface.count[2]}), 0.0);
-  for (std::vector<double>& near : filling.nearFace)
-    near.assign(filling.fraction.size(), 0.0);
+Wound<GridFilling> rasterFilling(const GridSurface& surface) {
+  GridFilling none;
+  none.fraction.assign(indexOf(surface.count, {0, 0, surface.count[2]}), 0.0);
+  for (std::vector<double>& near : none.nearFace)
+    near.assign(none.fraction.size(), 0.0);
+  Wound<GridFilling> filling{none, none};
   const auto add = [&](const std::array<int, 3>& place, const CellBox& box, int winding) {
     const std::size_t cell = indexOf(surface.count, place);
     const Vec3 size = box.high - box.low;
-    const double weight = weightOf(winding, count);
-    filling.fraction[cell] += weight * size.prod();
+    const auto beyond = static_cast<double>(winding - 1);
+    filling.once.fraction[cell] += size.prod();
+    filling.beyond.fraction[cell] += beyond * size.prod();
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const auto along = static_cast<Eigen::Index>(axis);
-      if (box.low[along] <= kSnap)
-        filling.nearFace[axis][cell] += weight * size[(along + 1) % 3] * size[(along + 2) % 3];
+      if (box.low[along] > kSnap) continue;
+      const double area = size[(along + 1) % 3] * size[(along + 2) % 3];
+      filling.once.nearFace[axis][cell] += area;
+      filling.beyond.nearFace[axis][cell] += beyond * area;
     }
   };
   Raster(surface, kRows).forEachBox(add);
   return filling;
 }
 
-using RasterMoments = std::vector<CellMoments>;
-
-RasterMoments rasterMoments(const GridSurface& surface, const std::vector<std::int32_t>& wanted,
-                            std::size_t number, Count count) {
-  RasterMoments moments(number, CellMoments{});
+Wound<std::vector<CellMoments>> rasterMoments(const GridSurface& surface,
+                                              const std::vector<std::int32_t>& wanted,
+                                              std::size_t number) {
+  const std::vector<CellMoments> none(number, CellMoments{});
+  Wound<std::vector<CellMoments>> moments{none, none};
   const auto add = [&](const std::array<int, 3>& place, const CellBox& box, int winding) {
-    const std::int32_t at = wanted[indexOf(surface.count, place)];
-    const double weight = weightOf(winding, count);
-    if (at < 0 || weight == 0.0) return;
+    const std::int32_t wantedAt = wanted[indexOf(surface.count, place)];
+    if (wantedAt < 0) return;
+    const auto at = static_cast<std::size_t>(wantedAt);
     const CellMoments part = momentsOf(2.0 * box.low - Vec3::Ones(), 2.0 * box.high - Vec3::Ones());
-    CellMoments& sum = moments[static_cast<std::size_t>(at)];
-    for (std::size_t index = 0; index < part.size(); ++index)
-      sum[index] += weight * part[index];
+    for (std::size_t index = 0; index < part.size(); ++index) {
+      moments.once[at][index] += part[index];
+      moments.beyond[at][index] += static_cast<double>(winding - 1) * part[index];
+    }
   };
   Raster(surface, kRows).forEachBox(add);
   return moments;
@@ -211,8 +217,7 @@ double meanWinding(const GridSurface& surface) {
 
 GridFilling unionFilling(const GridSurface& surface) {
   GridFilling filling = fillingOf(surface);  // as often as the surface winds about it
-  const GridFilling extra = rasterFilling(surface, Count::beyondOnce);
-  const GridFilling once = rasterFilling(surface, Count::once);
+  const auto [once, extra] = rasterFilling(surface);
   for (std::size_t cell = 0; cell < filling.fraction.size(); ++cell) {
     if (!(extra.fraction[cell] > 0.0)) continue;
     const bool isThin = isThinOverlap(filling.fraction[cell], extra.fraction[cell]);
@@ -229,10 +234,9 @@ GridFilling unionFilling(const GridSurface& surface) {
 std::vector<CellMoments> unionMoments(const GridSurface& surface,
                                       const std::vector<std::int32_t>& wanted, std::size_t number) {
   const GridFilling whole = fillingOf(surface);
-  const GridFilling beyond = rasterFilling(surface, Count::beyondOnce);
+  const GridFilling beyond = rasterFilling(surface).beyond;
   std::vector<CellMoments> moments = momentsOf(surface, wanted, number);
-  const RasterMoments extra = rasterMoments(surface, wanted, number, Count::beyondOnce);
-  const RasterMoments once = rasterMoments(surface, wanted, number, Count::once);
+  const auto [once, extra] = rasterMoments(surface, wanted, number);
   for (std::size_t cell = 0; cell < wanted.size(); ++cell) {
     if (wanted[cell] < 0 || !(beyond.fraction[cell] > 0.0)) continue;
     const auto at = static_cast<std::size_t>(wanted[cell]);

@@ -71,7 +71,7 @@ class WorldSession final : public SoundSession {
     int absent = 0;                                 // substeps since it left the world, if counted
     Eigen::Matrix3d inverseInertia = Eigen::Matrix3d::Zero();  // for when it does not
   };
-  /// What decides how a body is read, and a host may change.
+  /// Properties of a body that decide how it is read, and that a host may change.
   struct AsRead {
     const btCollisionShape* shape = nullptr;
     btScalar inverseMass = 0;

@@ -44,7 +44,8 @@ std::size_t nodesOf(const SoundSettings& settings, double seconds) {
   return static_cast<std::size_t>(ofSlides) + kMostImpactNodes * settings.budget.ringingBodies;
 }
 
-/// Of the longest contact: a step of a slide that lasts longer is sent in parts.
+/// Longest part of a step of a slide, as a share of the longest contact that the synth takes: a
+/// longer step is sent in parts.
 constexpr double kLongestStep = 0.9;
 
 /// Ways of rings, from a body to a channel, that are followed as they move: a motion costs as much

@@ -350,8 +350,8 @@ TEST(SynthRing, ADampingIsHeardAsLateAsTheRing) {
   EXPECT_GT(decayBetween(heard, 0.41, 0.6), 8.0);
 }
 
-// Of two that touch the body, the one that comes second is nearer to the ear by 0.1 s: the change
-// that is under way from the first one does not end what the second has begun.
+// Two contacts damp the body, and the later one is nearer to the ear by 0.1 s: the change that is
+// under way from the earlier one does not end the damping that the later one has begun.
 TEST(SynthRing, TheLastOfTwoDampingsStays) {
   SynthSettings settings;
   settings.contactLoss = 0.05;

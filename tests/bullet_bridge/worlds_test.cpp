@@ -703,7 +703,7 @@ TEST(Regimes, APlayerWhoWalksAgainstAWallHitsItOnce) {
       }
 }
 
-// What is pushed by impulses at rest, as by a gravity of the host's own, hits nothing.
+// A body at rest that impulses push down, as a gravity of the host's own does, hits nothing.
 TEST(Regimes, ABodyThatIsHeldDownByImpulsesLies) {
   for (const ImpactSearch search : {ImpactSearch::paths, ImpactSearch::contacts}) {
     AnyWorld world;

@@ -190,7 +190,7 @@ TEST(PageSounds, AreAsLoud) {
 }
 
 TEST(PageSounds, RingAsLongAsTheyDo) {
-  // What lies on a plate damps it: how hard it presses and where counts, which a page rounds.
+  // A ball that lies on a plate damps it, by its force and its place, both of which a page rounds.
   const ViewRun view = viewOf(sceneOf("glass_and_plate", 1.5));
   RunPlayer exact = playerOf(view.run);
   RunPlayer ofPage = playerOf(pageSound(view.run));
